@@ -1,0 +1,98 @@
+"""Plug-ins by name: a file ``bases/<name>.py`` that registers ``<name>`` is all that a new option needs.
+
+Nothing is imported before it is asked for, so that a run compiles and loads only what it uses.
+"""
+
+import importlib
+import importlib.util
+import os
+import pkgutil
+import sys
+from collections.abc import Callable
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any, TypeVar
+
+PACKAGES = {
+    "basis": "mpmbench.core.bases",
+    "material": "mpmbench.core.materials",
+    "method": "mpmbench.core.methods",
+    "problem": "mpmbench.problems",
+}
+_registered: dict[str, dict[str, Any]] = {kind: {} for kind in PACKAGES}
+_plugins_loaded = False
+Plugin = TypeVar("Plugin")
+
+
+def register(kind: str, name: str) -> Callable[[Plugin], Plugin]:
+    """Class or function decorator that makes a plug-in known as ``<kind>=<name>``."""
+
+    def decorate(plugin: Plugin) -> Plugin:
+        known = _registered[kind].get(name)
+        if known is not None and known.__module__ != plugin.__module__:
+            raise ValueError(f"{kind}={name} is registered twice: by {known.__module__} and by {plugin.__module__}")
+        _registered[kind][name] = plugin
+        return plugin
+
+    return decorate
+
+
+def get(kind: str, name: str) -> Any:
+    """The plug-in ``<kind>=<name>``.
+
+    Raises
+    ------
+    KeyError
+        When no file and no plug-in registers this name.
+    """
+    if name not in _registered[kind] and importlib.util.find_spec(f"{PACKAGES[kind]}.{name}") is not None:
+        importlib.import_module(f"{PACKAGES[kind]}.{name}")
+    if name not in _registered[kind]:
+        load_plugins()
+    return _registered[kind][name]
+
+
+def names(kind: str) -> list[str]:
+    """All names of one kind, sorted; imports every file of that kind."""
+    package = importlib.import_module(PACKAGES[kind])
+    for module in pkgutil.iter_modules(package.__path__):
+        importlib.import_module(f"{PACKAGES[kind]}.{module.name}")
+    load_plugins()
+    return sorted(_registered[kind])
+
+
+def plugin_folders() -> list[Path]:
+    """Folders of ``MPMBENCH_PLUGINS`` (separated as in PATH) and of the entry points ``mpmbench.plugins``."""
+    folders = [Path(part).resolve() for part in os.environ.get("MPMBENCH_PLUGINS", "").split(os.pathsep) if part]
+    for entry in entry_points(group="mpmbench.plugins"):
+        spec = importlib.util.find_spec(entry.value)
+        folders.extend(Path(place).resolve() for place in (spec.submodule_search_locations or []) if spec)
+    return folders
+
+
+def plugin_files() -> list[Path]:
+    """The Python files of all plug-in folders, in a fixed order."""
+    return [file for folder in plugin_folders() for file in sorted(folder.glob("*.py")) if file.stem != "__init__"]
+
+
+def load_plugins() -> None:
+    """Import every plug-in file once; each registers what it brings."""
+    global _plugins_loaded
+    if _plugins_loaded:
+        return
+    _plugins_loaded = True
+    for file in plugin_files():
+        load_file(file)
+
+
+def load_file(file: Path) -> None:
+    """Import one plug-in file under its own name."""
+    name = f"mpmbench_plugin_{file.stem}"
+    if name in sys.modules:
+        return
+    spec = importlib.util.spec_from_file_location(name, file)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{file} is not a Python file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
