@@ -1,0 +1,84 @@
+"""Benchmarks: one file per problem, in a fixed order: equations and source, parameters, geometry, initial and boundary
+conditions, exact solution, quantities of interest.
+
+A plug-in is a dataclass of its parameters, registered with ``@register("problem", name)``, that fulfils `Problem`;
+`Defaults` fills in what a problem does not have.
+"""
+
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+
+from mpmbench.core.geometry import Geometry
+from mpmbench.core.materials import Material
+from mpmbench.core.methods import Choices
+from mpmbench.core.particles import Particles
+from mpmbench.core.simulation import Solution
+from mpmbench.core.state import Loads, State
+
+Fields = dict[str, np.ndarray]
+
+
+class Problem:
+    """Base of all problems: what most of them share. A problem overrides what it needs.
+
+    Attributes
+    ----------
+    dimension : int
+    reference_length : float
+        Length [m] that `resolution` divides into cells.
+    """
+
+    dimension: ClassVar[int]
+    reference_length: ClassVar[float]
+
+    def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
+        """Raise `NotApplicable` when this combination cannot be run, `BadSetting` when a key is out of range."""
+
+    def nodes(self, resolution: int, choices: Choices) -> Geometry:
+        """Where the nodes start: the whole domain for fixed nodes, the body for moving ones."""
+        raise NotImplementedError
+
+    def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
+        """Initial particle positions [m], shape (P, dim), and volumes [m^dim], shape (P,)."""
+        raise NotImplementedError
+
+    def tracers(self) -> np.ndarray:
+        """Massless points that are carried along, shape (n, dim); point loads act on the first of them."""
+        return np.zeros((0, self.dimension))
+
+    def fixed(self, x: np.ndarray) -> np.ndarray:
+        """Constrained components of nodes at x, shape (N, dim) of bool."""
+        return np.zeros(x.shape, dtype=bool)
+
+    def velocity(self, X: np.ndarray, material: Material) -> np.ndarray:
+        """Initial velocity [m/s] at X, shape (n, dim)."""
+        return np.zeros_like(X)
+
+    def loads(self, material: Material) -> Loads:
+        """Body force, point loads and prescribed motion."""
+        return Loads()
+
+    def prepare(self, particles: Particles, material: Material) -> None:
+        """Change the initial state of the particles (deformation, stress, history) where it is not at rest."""
+
+    def adaptive_step(self, state: State) -> Callable[[State], float] | None:
+        """A time step [s] as a function of the state, for problems whose stable step changes."""
+        return None
+
+    def exact(self, X: np.ndarray, t: float, material: Material) -> Fields:
+        """Exact ``displacement``, ``velocity`` and ``stress`` at initial positions X and time t; may be partial."""
+        return {}
+
+    def alternative(self, X: np.ndarray, t: float, material: Material) -> Fields:
+        """A second reference that is reported beside the exact one."""
+        return {}
+
+    def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
+        """Quantities of interest: name -> (value or time series, unit, long name)."""
+        return {}
+
+    def temporal_floor(self, dt: float, t: float, X: np.ndarray, material: Material) -> float | None:
+        """RMS displacement error [m] of the time integration alone, where it is known exactly."""
+        return None

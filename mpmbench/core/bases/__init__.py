@@ -53,7 +53,6 @@ class Promises:
 class Basis(Protocol):
     """A set of shape functions on a set of nodes, which may move."""
 
-    promises: Promises
     nodes: np.ndarray  # positions of the degrees of freedom x_i [m], shape (N, dim)
     handle: Any  # the NamedTuple that compiled kernels take; its arrays are updated in place by locate and move
 

@@ -1,0 +1,78 @@
+"""Time loops: one file per loop. `Choices` holds the interchangeable parts of a method (house plan, section 1).
+
+A plug-in registers a step function with ``@register("method", name)``; the key ``method.time`` selects it. It may carry
+an attribute ``check(choices)`` that raises `NotApplicable` for a combination that makes no sense.
+"""
+
+from dataclasses import dataclass
+
+from mpmbench.core.errors import require, require_option
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What distinguishes one method from another.
+
+    Parameters
+    ----------
+    name : str
+        Name of the preset.
+    time : str
+        Time loop: ``explicit`` (symplectic Euler, leapfrog).
+    nodes : {"fixed", "moving"}
+        Whether the nodes keep their places (MPM) or move with the material (OTM, unified).
+    shape_functions : {"updated", "frozen"}
+        Evaluated at the current positions in every step, or once: particles then keep their functions and gradients
+        are pushed forward by F (Lagrangian kernels).
+    mass : {"lumped", "consistent"}
+    transfer : {"flip", "pic", "blend", "position_difference", "nodal"}
+        How velocity comes back to the particles; `nodal` leaves it on the nodes.
+    flip : float
+        Weight of FLIP in ``blend``, 0 to 1.
+    stress_update : {"usl", "usf", "musl"}
+        Update stress last, first, or last with re-mapped velocities.
+    mass_cutoff : float
+        Degrees of freedom with less than this many particle masses are left out.
+    traction : {"end_point", "last_particle"}
+        Where a point load acts: on a tracked massless end point, or on the last particle.
+    """
+
+    name: str = "mpm"
+    time: str = "explicit"
+    nodes: str = "fixed"
+    shape_functions: str = "updated"
+    mass: str = "lumped"
+    transfer: str = "flip"
+    flip: float = 1.0
+    stress_update: str = "usl"
+    mass_cutoff: float = 1e-6
+    traction: str = "end_point"
+
+    def __post_init__(self) -> None:
+        require_option("nodes", self.nodes, ("fixed", "moving", "reset"))
+        require_option("shape_functions", self.shape_functions, ("updated", "frozen"))
+        require_option("mass", self.mass, ("lumped", "consistent"))
+        require_option("transfer", self.transfer, ("flip", "pic", "blend", "position_difference", "nodal"))
+        require(0.0 <= self.flip <= 1.0, "flip", self.flip, "a number from 0 to 1")
+        require_option("stress_update", self.stress_update, ("usl", "usf", "musl"))
+        require(0.0 <= self.mass_cutoff < 1.0, "mass_cutoff", self.mass_cutoff, "a number from 0 to less than 1")
+        require_option("traction", self.traction, ("end_point", "last_particle"))
+
+    @property
+    def flip_weight(self) -> float:
+        """Weight of FLIP in the velocity update; the rest is PIC.
+
+        Position differences (Eq. 49) are PIC: ``(x^{s+1} - x^s)/dt = sum_i phi_i v_i^{s+1}`` (Eq. 68), without the
+        cancellation of subtracting positions. With `nodal` the particle velocity is only read off.
+        """
+        return {"flip": 1.0, "blend": self.flip}.get(self.transfer, 0.0)
+
+    @property
+    def moving(self) -> bool:
+        """Nodes move with the material."""
+        return self.nodes == "moving"
+
+    @property
+    def frozen(self) -> bool:
+        """Particles keep their shape functions."""
+        return self.shape_functions == "frozen"

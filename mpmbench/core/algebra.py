@@ -1,0 +1,46 @@
+"""Determinant, inverse and product of small matrices; the dimension is the length of the tuple `axes`."""
+
+from mpmbench.core.compiled import kernel
+
+
+@kernel
+def determinant(axes, A):  # type: ignore[no-untyped-def]
+    if len(axes) == 1:
+        return A[0, 0]
+    if len(axes) == 2:
+        return A[0, 0] * A[1, 1] - A[0, 1] * A[1, 0]
+    return (
+        A[0, 0] * (A[1, 1] * A[2, 2] - A[1, 2] * A[2, 1])
+        - A[0, 1] * (A[1, 0] * A[2, 2] - A[1, 2] * A[2, 0])
+        + A[0, 2] * (A[1, 0] * A[2, 1] - A[1, 1] * A[2, 0])
+    )
+
+
+@kernel
+def inverse(axes, A, B):  # type: ignore[no-untyped-def]
+    """``B = A^-1``; returns the determinant."""
+    det = determinant(axes, A)
+    r = 1.0 / det
+    if len(axes) == 1:
+        B[0, 0] = r
+    elif len(axes) == 2:
+        B[0, 0], B[0, 1] = A[1, 1] * r, -A[0, 1] * r
+        B[1, 0], B[1, 1] = -A[1, 0] * r, A[0, 0] * r
+    else:
+        for i in range(3):
+            for j in range(3):
+                a, b = (j + 1) % 3, (j + 2) % 3
+                c, d = (i + 1) % 3, (i + 2) % 3
+                B[i, j] = (A[a, c] * A[b, d] - A[a, d] * A[b, c]) * r
+    return det
+
+
+@kernel
+def multiply(axes, A, B, C):  # type: ignore[no-untyped-def]
+    """``C = A B``; C must not be A or B."""
+    for i in range(len(axes)):
+        for j in range(len(axes)):
+            total = 0.0
+            for k in range(len(axes)):
+                total += A[i, k] * B[k, j]
+            C[i, j] = total

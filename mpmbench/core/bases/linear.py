@@ -1,0 +1,27 @@
+"""Piecewise linear functions: tensor products on fixed grids, and on moving segments, quads and hexahedra.
+
+Wobbes 2020, Eqs. 75 and 76 with the slopes corrected to +1/(x_i - x_{i-1}) and -1/(x_{i+1} - x_i).
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from mpmbench.core.bases import Basis, Promises
+from mpmbench.core.bases.quads import MovingQuads
+from mpmbench.core.bases.tensor import TensorSpline
+from mpmbench.core.errors import NotApplicable
+from mpmbench.core.geometry import Box, Geometry
+from mpmbench.core.registry import register
+
+
+@register("basis", "linear")
+@dataclass(frozen=True)
+class Linear:
+    """Settings of the linear basis: there are none."""
+
+    promises: ClassVar[Promises] = Promises(kronecker="everywhere", continuous_gradient=False)
+
+    def build(self, geometry: Geometry, particles: int, moving: bool) -> Basis:
+        if not isinstance(geometry, Box):
+            raise NotApplicable("linear on an unstructured set of nodes needs a triangulation")
+        return MovingQuads(geometry, particles) if moving else TensorSpline(geometry, degree=1)

@@ -1,0 +1,254 @@
+"""Tensor-product splines of any degree on axis-aligned knots: the handle behind `linear` and `bspline`.
+
+On each knot span the d + 1 functions that are not zero are polynomials in the local coordinate
+``t = (x - b_s) / (b_{s+1} - b_s)``. Their coefficients are tabulated per span (again after the knots have moved), so
+that a point costs no division and nothing is stored per particle.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mpmbench.core.bases.handle import Stencils, count, locate, node, scratch
+from mpmbench.core.compiled import implements, kernel, matrix, vector
+from mpmbench.core.errors import BrokeDown
+from mpmbench.core.geometry import Box, tensor_points
+
+
+class TensorGrid(NamedTuple):
+    """What kernels see of a tensor-product spline; A is the largest number of spans along an axis.
+
+    Attributes
+    ----------
+    axes : tuple of float
+        One entry per dimension; the inverse spacing [1/m] of the initial uniform knots, which finds a span.
+    order : tuple of float
+        degree + 1 entries (values unused; the length is known to the compiler).
+    shape : tuple of int
+        Number of functions along each axis.
+    breaks : ndarray
+        Distinct knots [m], shape (dim, A + 1).
+    inverse_width : ndarray
+        1 / span width [1/m], shape (dim, A).
+    coefficients : ndarray
+        ``coefficients[axis, span, a, k]`` multiplies t^k in the a-th function, shape (dim, A, degree + 1, degree + 1).
+    """
+
+    axes: tuple[float, ...]
+    order: tuple[float, ...]
+    shape: tuple[int, ...]
+    breaks: np.ndarray
+    inverse_width: np.ndarray
+    coefficients: np.ndarray
+
+
+@implements(scratch, TensorGrid)
+def _scratch(basis):  # type: ignore[no-untyped-def]
+    return matrix(basis.axes, basis.order), matrix(basis.axes, basis.order)
+
+
+@implements(locate, TensorGrid)
+def _locate(basis, x, p, work):  # type: ignore[no-untyped-def]
+    phi, derivative = work
+    order = len(basis.order)
+    first = 0
+    for d in range(len(basis.axes)):
+        last = basis.shape[d] - order
+        s = min(max(int((x[p, d] - basis.breaks[d, 0]) * basis.axes[d]), 0), last)
+        while s > 0 and x[p, d] < basis.breaks[d, s]:
+            s -= 1
+        while s < last and x[p, d] >= basis.breaks[d, s + 1]:
+            s += 1
+        t = (x[p, d] - basis.breaks[d, s]) * basis.inverse_width[d, s]
+        for a in range(order):
+            value = basis.coefficients[d, s, a, order - 1]
+            slope = 0.0
+            for k in range(order - 2, -1, -1):
+                slope = slope * t + value
+                value = value * t + basis.coefficients[d, s, a, k]
+            phi[d, a] = value
+            derivative[d, a] = slope * basis.inverse_width[d, s]
+        first = first * basis.shape[d] + s
+    return first
+
+
+@implements(count, TensorGrid)
+def _count(basis, at):  # type: ignore[no-untyped-def]
+    functions = 1
+    for _ in range(len(basis.axes)):
+        functions *= len(basis.order)
+    return functions
+
+
+@implements(node, TensorGrid)
+def _node(basis, at, k, work, grad_phi):  # type: ignore[no-untyped-def]
+    phi, derivative = work
+    i, value, stride = at, 1.0, 1
+    for e in range(len(basis.axes)):
+        grad_phi[e] = 1.0
+    for d in range(len(basis.axes) - 1, -1, -1):  # the last axis is the fastest
+        a = k % len(basis.order)
+        k //= len(basis.order)
+        i += a * stride
+        stride *= basis.shape[d]
+        value *= phi[d, a]
+        for e in range(len(basis.axes)):
+            grad_phi[e] *= derivative[d, a] if e == d else phi[d, a]
+    return i, value
+
+
+@kernel
+def tabulate(breaks, degree, coefficients, inverse_width):  # type: ignore[no-untyped-def]
+    """Polynomials of the open B-splines on each span by the Cox-de Boor recursion (Wobbes 2020, section 6.2).
+
+    Parameters
+    ----------
+    breaks : ndarray
+        Distinct knots, shape (n + 1,); the first and last count degree + 1 times.
+    coefficients, inverse_width : ndarray
+        Filled; shapes (n, degree + 1, degree + 1) and (n,).
+    """
+    spans = breaks.shape[0] - 1
+    polynomial = np.zeros((degree + 1, degree + 1))
+    lower = np.zeros((degree + 1, degree + 1))
+    for s in range(spans):
+        width = breaks[s + 1] - breaks[s]
+        inverse_width[s] = 1.0 / width
+        polynomial[:] = 0.0
+        polynomial[0, 0] = 1.0  # degree 0: the one function that is 1 on this span
+        for r in range(1, degree + 1):
+            lower[:] = polynomial
+            polynomial[:] = 0.0
+            for a in range(r):  # the r functions of degree r - 1; the a-th has support [left, right] around span s
+                left = breaks[min(max(s - r + 1 + a, 0), spans)]
+                right = breaks[min(max(s + 1 + a, 0), spans)]
+                inverse = 1.0 / (right - left)
+                for k in range(r):
+                    c = lower[a, k]
+                    polynomial[a + 1, k] += c * (breaks[s] - left) * inverse
+                    polynomial[a + 1, k + 1] += c * width * inverse
+                    polynomial[a, k] += c * (right - breaks[s]) * inverse
+                    polynomial[a, k + 1] -= c * width * inverse
+        coefficients[s] = polynomial
+
+
+@kernel
+def fill(basis, x, size, index, phi, grad_phi):  # type: ignore[no-untyped-def]
+    """Store the functions of any handle at points x, shape (n, dim)."""
+    work = scratch(basis)
+    gradient = vector(basis.axes)
+    for p in range(x.shape[0]):
+        at = locate(basis, x, p, work)
+        size[p] = count(basis, at)
+        for k in range(size[p]):
+            i, value = node(basis, at, k, work, gradient)
+            index[p, k], phi[p, k] = i, value
+            for d in range(len(basis.axes)):
+                grad_phi[p, k, d] = gradient[d]
+
+
+@kernel
+def first_outside(x, lower, upper):  # type: ignore[no-untyped-def]
+    """Number of the first point outside the box (or not a number), -1 if there is none."""
+    for p in range(x.shape[0]):
+        for d in range(x.shape[1]):
+            if not (lower[d] <= x[p, d] <= upper[d]):
+                return p
+    return -1
+
+
+@kernel
+def count_crossings(basis, x, cells):  # type: ignore[no-untyped-def]
+    """Number of points in another cell than `cells` says, shape (n,), which is brought up to date."""
+    work = scratch(basis)
+    crossed = 0
+    for p in range(cells.shape[0]):
+        cell = locate(basis, x, p, work)
+        crossed += cell != cells[p]
+        cells[p] = cell
+    return crossed
+
+
+class TensorSpline:
+    """Tensor-product B-splines of one degree with open knots along each axis (fulfils `Basis`)."""
+
+    def __init__(self, box: Box, degree: int) -> None:
+        dimension, longest = box.dimension, max(box.cells)
+        self.degree = degree
+        self.cells = box.cells
+        self.handle = TensorGrid(
+            axes=tuple(1.0 / h for h in box.spacing.tolist()),
+            order=(0.0,) * (degree + 1),
+            shape=tuple(n + degree for n in box.cells),
+            breaks=np.zeros((dimension, longest + 1)),
+            inverse_width=np.ones((dimension, longest)),
+            coefficients=np.zeros((dimension, longest, degree + 1, degree + 1)),
+        )
+        for d, breaks in enumerate(box.breaks()):
+            self.handle.breaks[d, : len(breaks)] = breaks
+        self.nodes = np.zeros((int(np.prod(self.handle.shape)), dimension))
+        self._update()
+
+    def breaks(self, axis: int) -> np.ndarray:
+        """The distinct knots along one axis [m] (a view)."""
+        return self.handle.breaks[axis, : self.cells[axis] + 1]
+
+    def knots(self, axis: int) -> np.ndarray:
+        """The open knot vector along one axis [m]: the end knots count degree + 1 times."""
+        return np.pad(self.breaks(axis), self.degree, mode="edge")
+
+    def _update(self) -> None:
+        """Tabulate the polynomials and re-read the degrees of freedom as Greville abscissae."""
+        greville = []
+        for d, spans in enumerate(self.cells):
+            breaks = self.breaks(d)
+            if not np.all(np.diff(breaks) > 0.0):
+                raise BrokeDown(f"knots {int(np.argmin(np.diff(breaks)))} and the next along axis {d} have crossed")
+            tabulate(breaks, self.degree, self.handle.coefficients[d, :spans], self.handle.inverse_width[d, :spans])
+            # g_i = (xi_{i+1} + ... + xi_{i+d}) / d: with them sum_i g_i phi_i(x) = x for every degree
+            windows = np.lib.stride_tricks.sliding_window_view(self.knots(d)[1:-1], self.degree)
+            greville.append(windows.mean(axis=1))
+        self.nodes[:] = tensor_points(greville)
+        self.lower = np.array([self.breaks(d)[0] for d in range(len(self.cells))])
+        self.upper = np.array([self.breaks(d)[-1] for d in range(len(self.cells))])
+
+    def evaluate(self, x: np.ndarray) -> Stencils:
+        outside = first_outside(x, self.lower, self.upper)
+        if outside >= 0:
+            raise BrokeDown(f"point {outside} at {x[outside]} m is outside the grid")
+        stored = Stencils.empty(len(x), (self.degree + 1) ** len(self.cells), len(self.cells))
+        fill(self.handle, x, stored.size, stored.index, stored.phi, stored.grad_phi)
+        return stored
+
+    def locate(self, x: np.ndarray) -> None:
+        """Nothing to do: the functions are evaluated on the fly."""
+
+    def first_outside(self, x: np.ndarray) -> int:
+        return int(first_outside(x, self.lower, self.upper))
+
+    def move(self, displacement: np.ndarray) -> None:
+        """Advect the knots: ``xi_j += sum_i phi_i(xi_j) dx_i``.
+
+        Knots are lines in 2D and planes in 3D: the displacement normal to a line is averaged along it (by integration),
+        so only axis-aligned motion is followed exactly. Recovering knots from moved Greville points instead would be
+        overdetermined, with an undamped (-1)^j mode.
+        """
+        shape = self.handle.shape
+        moved = []
+        for d in range(len(shape)):
+            line = displacement[:, d].reshape(shape)
+            for other in reversed([e for e in range(len(shape)) if e != d]):
+                knots = self.knots(other)
+                weight = (knots[self.degree + 1 :] - knots[: -self.degree - 1]) / (self.degree + 1)
+                line = np.tensordot(line, weight / weight.sum(), axes=(other, 0))
+            moved.append(self.breaks(d) + self._along(d, line))
+        for d, breaks in enumerate(moved):
+            self.breaks(d)[:] = breaks
+        self._update()
+
+    def _along(self, axis: int, coefficients: np.ndarray) -> np.ndarray:
+        """The spline with these coefficients along one axis, at the distinct knots of that axis."""
+        spans, table = self.cells[axis], self.handle.coefficients[axis]
+        windows = np.lib.stride_tricks.sliding_window_view(coefficients, self.degree + 1)
+        first = np.einsum("sa,sa->s", table[:spans, :, 0], windows)  # t = 0 on each span
+        return np.append(first, table[spans - 1].sum(axis=1) @ windows[-1])  # t = 1 on the last

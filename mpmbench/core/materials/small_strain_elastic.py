@@ -1,0 +1,64 @@
+"""Small-strain linear elasticity: ``P = lambda tr(e) I + 2 mu e`` with ``e = sym F - I``.
+
+P is the first Piola-Kirchhoff stress that belongs to the energy ``lambda tr(e)^2 / 2 + mu e : e`` per reference volume;
+the Cauchy stress ``P F^T / J`` follows from it. In 1D with nu = 0 this is ``sigma = E (F - 1)`` at any strain, which
+gives benchmark 8.1 an exact solution. Not objective: a rotation makes stress. Replaces Wobbes 2020, Eq. 10, which is
+neither objective nor symmetric.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from mpmbench.core.algebra import determinant
+from mpmbench.core.compiled import implements, matrix
+from mpmbench.core.materials import cauchy_stress, energy_density
+from mpmbench.core.materials.isotropic import IsotropicElastic, Lame
+from mpmbench.core.registry import register
+
+
+class SmallStrainLaw(Lame):
+    """Lame parameters [Pa]."""
+
+
+@register("material", "small_strain_elastic")
+@dataclass(frozen=True)
+class SmallStrainElastic(IsotropicElastic):
+    """Settings: see `IsotropicElastic`."""
+
+    symmetric: ClassVar[bool] = False
+
+    @property
+    def law(self) -> SmallStrainLaw:
+        return SmallStrainLaw(*self.lame_parameters())
+
+
+@implements(cauchy_stress, SmallStrainLaw)
+def _stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
+    dim = len(axes)
+    P = matrix(axes, axes)
+    trace = 0.0
+    for i in range(dim):
+        trace += F[i, i] - 1.0
+    for i in range(dim):
+        for j in range(dim):
+            P[i, j] = law.shear * (F[i, j] + F[j, i])
+        P[i, i] += law.lame * trace - 2.0 * law.shear
+    inverse_J = 1.0 / determinant(axes, F)
+    for i in range(dim):
+        for j in range(dim):
+            total = 0.0
+            for k in range(dim):
+                total += P[i, k] * F[j, k]
+            sigma[i, j] = total * inverse_J
+
+
+@implements(energy_density, SmallStrainLaw)
+def _energy(law, axes, F, state):  # type: ignore[no-untyped-def]
+    trace, square = 0.0, 0.0
+    for i in range(len(axes)):
+        for j in range(len(axes)):
+            e = 0.5 * (F[i, j] + F[j, i]) - (1.0 if i == j else 0.0)
+            square += e * e
+            if i == j:
+                trace += e
+    return 0.5 * law.lame * trace * trace + law.shear * square

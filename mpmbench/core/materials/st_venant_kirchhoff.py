@@ -1,0 +1,67 @@
+"""St. Venant-Kirchhoff elasticity: ``S = lambda tr(E) I + 2 mu E`` with the Green-Lagrange strain E; objective."""
+
+from dataclasses import dataclass
+
+from mpmbench.core.algebra import determinant
+from mpmbench.core.compiled import implements, matrix
+from mpmbench.core.materials import cauchy_stress, energy_density
+from mpmbench.core.materials.isotropic import IsotropicElastic, Lame
+from mpmbench.core.registry import register
+
+
+class StVenantKirchhoffLaw(Lame):
+    """Lame parameters [Pa]."""
+
+
+@register("material", "st_venant_kirchhoff")
+@dataclass(frozen=True)
+class StVenantKirchhoff(IsotropicElastic):
+    """Settings: see `IsotropicElastic`. Loses stiffness in strong compression."""
+
+    @property
+    def law(self) -> StVenantKirchhoffLaw:
+        return StVenantKirchhoffLaw(*self.lame_parameters())
+
+
+@implements(cauchy_stress, StVenantKirchhoffLaw)
+def _stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
+    dim = len(axes)
+    S, FS = matrix(axes, axes), matrix(axes, axes)
+    trace = 0.0
+    for i in range(dim):
+        for j in range(dim):
+            E = -0.5 if i == j else 0.0  # E = (F^T F - I) / 2
+            for k in range(dim):
+                E += 0.5 * F[k, i] * F[k, j]
+            S[i, j] = 2.0 * law.shear * E
+            if i == j:
+                trace += E
+    for i in range(dim):
+        S[i, i] += law.lame * trace
+    inverse_J = 1.0 / determinant(axes, F)
+    for i in range(dim):  # sigma = F S F^T / J
+        for j in range(dim):
+            FS[i, j] = 0.0
+            for k in range(dim):
+                FS[i, j] += F[i, k] * S[k, j]
+    for i in range(dim):
+        for j in range(dim):
+            total = 0.0
+            for k in range(dim):
+                total += FS[i, k] * F[j, k]
+            sigma[i, j] = total * inverse_J
+
+
+@implements(energy_density, StVenantKirchhoffLaw)
+def _energy(law, axes, F, state):  # type: ignore[no-untyped-def]
+    dim = len(axes)
+    trace, square = 0.0, 0.0
+    for i in range(dim):
+        for j in range(dim):
+            E = -0.5 if i == j else 0.0
+            for k in range(dim):
+                E += 0.5 * F[k, i] * F[k, j]
+            square += E * E
+            if i == j:
+                trace += E
+    return 0.5 * law.lame * trace * trace + law.shear * square

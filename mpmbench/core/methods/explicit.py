@@ -1,0 +1,126 @@
+"""The explicit time loop of MPM (Algorithm 1), OTM (Algorithm 2) and the unified method (Algorithm 3), Wobbes 2020.
+
+The three algorithms are one, with choices: where the nodes go, which mass, and how velocity is transferred. Equation
+numbers are of the paper, with the corrections of its errata: the internal force enters with a minus sign, the traction
+is there, ``V = det(F) V_0``, and constrained components leave the system before it is solved.
+"""
+
+import numpy as np
+
+from mpmbench.core import transfer
+from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.errors import NotApplicable
+from mpmbench.core.methods import Choices
+from mpmbench.core.registry import register
+from mpmbench.core.state import State
+
+
+@register("method", "explicit")
+def step(s: State, dt: float) -> None:
+    """Advance the state by one step of size `dt` [s]."""
+    p, n, choices = s.particles, s.nodes, s.choices
+    s.basis.locate(p.x)  # step 3
+    if choices.stress_update == "usf":
+        project_velocity(s)
+        transfer.g2p_strain(s.basis.handle, p.x, p.F, p.L, p.V, p.V0, n.v, dt)
+        transfer.update_stress(s.law, s.axes, p.F, p.L, dt, p.state, p.V0, p.sigma)
+    phi = s.basis.handle
+    n.m[:], n.q[:], n.f_internal[:] = 0.0, 0.0, 0.0
+    transfer.p2g(phi, p.x, p.m, p.v, p.V, p.sigma, n.m, n.q, n.f_internal)  # Eqs. 17, 20, 21
+    external_force(s)
+    np.add(n.f_internal, n.f_external, out=n.f)
+    s.mass.assemble(s.basis, p, n.m)  # Eqs. 19, 48, 90
+
+    if choices.transfer == "nodal":
+        n.v_old[:] = n.v  # Li 2009, Eq. 3.92: nodes keep their velocities
+    else:
+        n.v_old[s.fixed] = n.v[s.fixed]
+        s.mass.solve(n.q, n.v_old)  # Eq. 23
+    constrain(s, dt)
+    np.divide(np.subtract(n.v, n.v_old, out=n.a), dt, out=n.a)  # on fixed components; the solve overwrites the rest
+    s.mass.solve(n.f, n.a)  # Eqs. 22, 93
+    np.add(n.v_old, np.multiply(n.a, dt, out=n.v), out=n.v)  # Eqs. 24, 51, 94
+    s.external_work += dt * float(np.vdot(n.f_external, n.v)) + reaction_work(s, dt)
+
+    if choices.stress_update == "usl":
+        transfer.g2p(phi, p.x, p.v, p.F, p.L, p.V, p.V0, n.v, n.a, choices.flip_weight, dt)  # Eqs. 26-30, 52-55, 96-99
+    else:
+        transfer.g2p_velocity(phi, p.x, p.v, n.v, n.a, choices.flip_weight, dt)  # Eq. 27
+        if choices.stress_update == "musl":
+            n.v_old[:] = n.v
+            project_velocity(s)
+            transfer.g2p_strain(phi, p.x, p.F, p.L, p.V, p.V0, n.v, dt)
+            n.v[:] = n.v_old
+        transfer.g2p_position(phi, p.x, n.v, dt)  # Eq. 26
+    if choices.moving and not choices.frozen:
+        s.basis.move(np.multiply(n.v, dt, out=n.q))  # Eqs. 51, 95
+    if choices.stress_update != "usf":
+        transfer.update_stress(s.law, s.axes, p.F, p.L, dt, p.state, p.V0, p.sigma)  # step 10
+    s.time += dt
+
+
+def project_velocity(s: State) -> None:
+    """Nodal velocities from the particles': ``v = M^-1 sum_p m_p phi_i v_p``, for USF and MUSL."""
+    p, n = s.particles, s.nodes
+    n.m[:], n.q[:] = 0.0, 0.0
+    transfer.p2g_mass(s.basis.handle, p.x, p.m, n.m)
+    transfer.p2g_momentum(s.basis.handle, p.x, p.m, p.v, n.q)
+    s.mass.assemble(s.basis, p, n.m)
+    s.mass.solve(n.q, n.v)  # fixed components keep the velocity of the last step
+
+
+def external_force(s: State) -> None:
+    """Body force and point loads at the start of the step: ``f_i = sum_p m_p b_p phi_i + sum phi_i(x) t``."""
+    p, n = s.particles, s.nodes
+    n.f_external[:] = 0.0
+    if s.loads.body_force is not None:
+        s.loads.body_force(p.X, s.time, p.b)
+        transfer.p2g_momentum(s.basis.handle, p.x, p.m, p.b, n.f_external)
+    if s.loads.traction is not None:
+        loaded = s.traction_particle
+        phi = s.basis.handle if isinstance(s.basis.handle, Stencils) else s.basis.evaluate(p.x[loaded])
+        rows = loaded if phi is s.basis.handle else np.arange(len(loaded))
+        for row, force in zip(rows, s.loads.traction(s.time), strict=True):
+            k = phi.size[row]
+            n.f_external[phi.index[row, :k]] += phi.phi[row, :k, None] * force
+
+
+def constrain(s: State, dt: float) -> None:
+    """Write the velocity of the coming step to the fixed components: positions are then exact at whole steps."""
+    motion = s.loads.prescribed_motion
+    if motion is None:
+        s.nodes.v[s.fixed] = 0.0
+    else:
+        change = motion(s.initial_nodes, s.time + dt) - motion(s.initial_nodes, s.time)
+        s.nodes.v[s.fixed] = change[s.fixed] / dt
+
+
+def reaction_work(s: State, dt: float) -> float:
+    """Work of the constraint forces ``M a - f`` on the prescribed motion during the step [J]."""
+    if s.loads.prescribed_motion is None:
+        return 0.0
+    n = s.nodes
+    reaction = s.mass.multiply(n.a) - n.f
+    return dt * float(np.sum((reaction * n.v)[s.fixed]))
+
+
+def check(choices: Choices) -> None:
+    """Refuse combinations that make no sense.
+
+    Raises
+    ------
+    NotApplicable
+        With the reason.
+    """
+    if choices.nodes == "reset":
+        raise NotApplicable("method.nodes=reset belongs to implicit methods: explicit nodes are fixed or moving")
+    if choices.transfer == "nodal" and not (choices.moving or choices.frozen):
+        raise NotApplicable("method.transfer=nodal needs nodes that move with the material (method.nodes=moving)")
+    if choices.stress_update != "usl" and (choices.moving or choices.frozen):
+        raise NotApplicable(
+            f"method.stress_update={choices.stress_update} needs method.nodes=fixed and updated functions: where nodes "
+            "move with the material, F must follow their motion"
+        )
+
+
+step.check = check  # type: ignore[attr-defined]

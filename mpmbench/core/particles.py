@@ -1,0 +1,130 @@
+"""Particles (material points): plain arrays, and where they start."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mpmbench.core.errors import require, require_option
+from mpmbench.core.geometry import Box, tensor_points
+
+LAYOUTS = ("midpoint", "gauss")
+
+
+@dataclass
+class Particles:
+    """State of P particles; the last `tracers` of them have no mass and no volume and are only carried along.
+
+    Attributes
+    ----------
+    X, x : ndarray
+        Initial and current positions [m], shape (P, dim).
+    v : ndarray
+        Velocities [m/s], shape (P, dim), at ``t - dt/2`` (leapfrog).
+    F : ndarray
+        Deformation gradients, shape (P, dim, dim).
+    L : ndarray
+        Velocity gradients [1/s], shape (P, dim, dim).
+    sigma : ndarray
+        Cauchy stresses [Pa], shape (P, dim, dim).
+    V0, V, m : ndarray
+        Initial and current volumes [m^dim] and masses [kg per unit of the missing dimensions], shape (P,).
+    b : ndarray
+        Body force per unit mass [N/kg], shape (P, dim).
+    state : ndarray
+        History variables of the material, shape (P, n).
+    tracers : int
+        Number of massless points at the end of all arrays.
+    """
+
+    X: np.ndarray
+    x: np.ndarray
+    v: np.ndarray
+    F: np.ndarray
+    L: np.ndarray
+    sigma: np.ndarray
+    V0: np.ndarray
+    V: np.ndarray
+    m: np.ndarray
+    b: np.ndarray
+    state: np.ndarray
+    tracers: int = 0
+
+    @classmethod
+    def at_rest(
+        cls, X: np.ndarray, V0: np.ndarray, density: float, tracers: np.ndarray | None = None, history: int = 0
+    ) -> "Particles":
+        """Undeformed particles at X, shape (P, dim), with volumes V0, and massless tracers behind them."""
+        points = np.vstack([X, tracers]) if tracers is not None and len(tracers) else np.array(X)
+        n, dim = points.shape
+        extra = n - len(X)
+        volume = np.append(V0, np.zeros(extra))
+        return cls(
+            X=points,
+            x=points.copy(),
+            v=np.zeros((n, dim)),
+            F=np.tile(np.eye(dim), (n, 1, 1)),
+            L=np.zeros((n, dim, dim)),
+            sigma=np.zeros((n, dim, dim)),
+            V0=volume,
+            V=volume.copy(),
+            m=density * volume,
+            b=np.zeros((n, dim)),
+            state=np.zeros((n, history)),
+            tracers=extra,
+        )
+
+    @property
+    def dimension(self) -> int:
+        return int(self.x.shape[1])
+
+    @property
+    def material(self) -> slice:
+        """The particles that carry mass."""
+        return slice(0, len(self.x) - self.tracers)
+
+
+def per_axis(particles_per_cell: int, dimension: int) -> int:
+    """Number of particles along each axis of a cell.
+
+    Raises
+    ------
+    BadSetting
+        When the total is not the power ``dimension`` of a whole number.
+    """
+    n = round(particles_per_cell ** (1.0 / dimension))
+    allowed = {1: "a whole number >= 1", 2: "a square number such as 4, 9, 16", 3: "a cube number such as 8, 27"}
+    require(n >= 1 and n**dimension == particles_per_cell, "particles_per_cell", particles_per_cell, allowed[dimension])
+    return n
+
+
+def seed_cells(box: Box, particles_per_cell: int, layout: str = "midpoint") -> tuple[np.ndarray, np.ndarray]:
+    """Particles in each cell of a box, cell by cell.
+
+    Parameters
+    ----------
+    box : Box
+    particles_per_cell : int
+        Total per cell: 16 is 4 x 4 in 2D.
+    layout : {"midpoint", "gauss"}
+        Midpoints of equal sub-cells, or Gauss points with their weights as volumes.
+
+    Returns
+    -------
+    X : ndarray
+        Positions [m], shape (P, dim).
+    V0 : ndarray
+        Volumes [m^dim], shape (P,).
+    """
+    require_option("particle_layout", layout, LAYOUTS)
+    n = per_axis(particles_per_cell, box.dimension)
+    if layout == "gauss":
+        abscissae, weight = np.polynomial.legendre.leggauss(n)
+        local, weight = (abscissae + 1.0) / 2.0, weight / 2.0
+    else:
+        local, weight = (np.arange(n) + 0.5) / n, np.full(n, 1.0 / n)
+    dim = box.dimension
+    corners = tensor_points([breaks[:-1] for breaks in box.breaks()])
+    offsets = tensor_points([local] * dim) * box.spacing
+    weights = np.prod(tensor_points([weight] * dim), axis=1) * np.prod(box.spacing)
+    X = (corners[:, None, :] + offsets[None, :, :]).reshape(-1, dim)
+    return X, np.tile(weights, len(corners))

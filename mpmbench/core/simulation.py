@@ -1,0 +1,245 @@
+"""One run: build the state, step, guard, and keep history and snapshots."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from mpmbench.core import registry, transfer
+from mpmbench.core.bases import Basis, BasisSettings
+from mpmbench.core.bases.frozen import FrozenBasis
+from mpmbench.core.bases.tensor import TensorSpline, count_crossings
+from mpmbench.core.errors import BrokeDown, Diverged, SolverFailure
+from mpmbench.core.geometry import Geometry
+from mpmbench.core.mass import ConsistentMass, LumpedMass
+from mpmbench.core.materials import Material
+from mpmbench.core.methods import Choices
+from mpmbench.core.particles import Particles
+from mpmbench.core.state import Loads, Nodes, State
+from mpmbench.core.transfer import kinetic_energy, strain_energy
+
+SAMPLES = 200  # history is kept at about this many instants
+ENERGY_GROWTH = 10.0  # a run with this many times the energy that was put in has diverged
+
+
+@dataclass(frozen=True)
+class Body:
+    """What a problem hands to the solver.
+
+    Attributes
+    ----------
+    geometry : Geometry
+        The nodes: of the whole domain for methods with fixed nodes, of the body for those that move.
+    particles : Particles
+        In their initial state, velocities included.
+    fixed : callable
+        ``fixed(x_i)`` marks the constrained components of nodes at x_i, shape (N, dim) of bool.
+    velocity : callable
+        ``velocity(x)`` is the initial velocity field [m/s], shape (n, dim).
+    loads : Loads
+    """
+
+    geometry: Geometry
+    particles: Particles
+    fixed: Callable[[np.ndarray], np.ndarray]
+    velocity: Callable[[np.ndarray], np.ndarray]
+    loads: Loads = field(default_factory=Loads)
+
+
+@dataclass
+class Solution:
+    """What a run leaves: `status` is ``ok`` or that of the failure, and all else is what was computed until then.
+
+    Attributes
+    ----------
+    history : dict of list
+        Time series by name; shapes (time,), (time, dim) or (time, 3).
+    snapshots : list of dict
+        ``time`` [s] and copies of x, v, F, sigma, V, state of all particles.
+    """
+
+    status: str = "ok"
+    reason: str = ""
+    steps: int = 0
+    time_step: float = 0.0
+    time_reached: float = 0.0
+    solver_time: float = 0.0
+    cell_crossings: int = 0
+    history: dict[str, list[Any]] = field(default_factory=dict)
+    snapshots: list[dict[str, Any]] = field(default_factory=list)
+
+
+def build_state(body: Body, basis: BasisSettings, material: Material, choices: Choices) -> State:
+    """Allocate everything a run needs."""
+    p = body.particles
+    functions: Basis = basis.build(body.geometry, len(p.x), choices.moving and not choices.frozen)
+    if choices.frozen:
+        functions = FrozenBasis(functions, p.x, p.F)
+    fixed = body.fixed(functions.nodes)
+    mass = (
+        LumpedMass(fixed, choices.mass_cutoff)
+        if choices.mass == "lumped"
+        else ConsistentMass(fixed, choices.mass_cutoff)
+    )
+    state = State(p, Nodes.zeros(*functions.nodes.shape), functions, mass, material, choices, fixed, body.loads)
+    if body.loads.traction is not None:
+        state.traction_particle = loaded_points(p, len(body.loads.traction(0.0)), choices.traction)
+    state.nodes.v[:] = body.velocity(functions.nodes)
+    return state
+
+
+def loaded_points(p: Particles, loads: int, treatment: str) -> np.ndarray:
+    """Rows of the points that carry the loads: the tracers, or the material particle nearest to each of them."""
+    tracers = np.arange(len(p.x) - p.tracers, len(p.x))[:loads]
+    if treatment == "end_point":
+        return tracers
+    distance = np.linalg.norm(p.X[tracers, None, :] - p.X[None, p.material, :], axis=2)
+    return np.argmin(distance, axis=1)
+
+
+def simulate(
+    state: State,
+    time_step: float | Callable[[State], float],
+    end_time: float,
+    snapshot_times: Sequence[float] = (),
+    progress: Callable[[float, float], None] | None = None,
+) -> Solution:
+    """Run from the initial state to `end_time`; a numerical failure ends the run and is part of the solution.
+
+    Parameters
+    ----------
+    state : State
+    time_step : float or callable
+        Constant step [s]: ``ceil(end_time / time_step)`` equal steps, never a shortened last one; or a function of the
+        state for adaptive steps.
+    end_time : float
+        [s]
+    snapshot_times : sequence of float
+        Instants [s] at which particles are copied, besides the start and the end.
+    progress : callable or None
+        ``progress(fraction, time)``: once before the first step, then now and then.
+    """
+    step = registry.get("method", state.choices.time)
+    adaptive = time_step if callable(time_step) else None
+    planned = 0 if callable(time_step) else max(1, int(np.ceil(end_time / time_step * (1.0 - 1e-12))))
+    dt = end_time / planned if planned else 0.0
+    solution = Solution(time_step=dt)
+    watch = Watch(state, solution, end_time, sorted(snapshot_times))
+    if progress is not None:
+        progress(0.0, 0.0)
+    try:
+        watch.sample()
+        watch.snapshot()
+        while (solution.steps < planned) if planned else state.time < end_time * (1.0 - 1e-12):
+            if adaptive is not None:
+                dt = min(adaptive(state), end_time - state.time)
+                solution.time_step = dt
+            start = perf_counter()
+            step(state, dt)
+            solution.steps += 1
+            if planned:
+                state.time = solution.steps * dt
+            guard(state)
+            solution.solver_time += perf_counter() - start
+            watch.after_step(dt, last=solution.steps == planned or state.time >= end_time * (1.0 - 1e-12))
+            if progress is not None and watch.sampled:
+                progress(state.time / end_time, state.time)
+    except SolverFailure as failure:
+        solution.status, solution.reason = failure.status, f"{failure} (step {solution.steps}, t = {state.time:.6g} s)"
+    solution.time_reached = state.time
+    return solution
+
+
+def guard(s: State) -> None:
+    """End a run that has gone wrong.
+
+    Raises
+    ------
+    Diverged
+        When a position or volume is not finite.
+    BrokeDown
+        When a volume is not positive or a particle is outside the basis.
+    """
+    p = s.particles
+    bad = transfer.first_bad_volume(p.V, p.V0)
+    if bad >= 0:
+        if not np.isfinite(p.V[bad]):
+            raise Diverged(f"the volume of particle {bad} is not finite")
+        raise BrokeDown(f"particle {bad} has the volume {p.V[bad]:.3g}, which is not positive")
+    bad = s.basis.first_outside(p.x)
+    if bad >= 0:
+        if not np.isfinite(p.x[bad]).all():
+            raise Diverged(f"the position of particle {bad} is not finite")
+        raise BrokeDown(f"particle {bad} at {p.x[bad]} m has lost its basis: it left the nodes' domain")
+
+
+class Watch:
+    """Keeps history and snapshots during a run, outside the timed steps."""
+
+    def __init__(self, state: State, solution: Solution, end_time: float, snapshot_times: list[float]) -> None:
+        self.state, self.solution, self.end_time = state, solution, end_time
+        self.pending = [t for t in snapshot_times if 0.0 < t < end_time]
+        self.next_sample = 0.0
+        self.sampled = False
+        self.largest_input = 0.0
+        self.reference_energy = 0.0
+        self.cells = np.full(len(state.particles.x) - state.particles.tracers, -1, dtype=np.int64)
+        self.count_crossings()
+        solution.cell_crossings = 0
+
+    def count_crossings(self) -> None:
+        """Count the particles that are in another cell of a fixed grid than after the step before."""
+        s, p = self.state, self.state.particles
+        if isinstance(s.basis, TensorSpline) and not s.choices.moving:
+            self.solution.cell_crossings += count_crossings(s.basis.handle, p.x, self.cells)
+
+    def sample(self) -> None:
+        """Add one instant to the history, and end a run whose energy has grown out of nothing."""
+        s, p, history = self.state, self.state.particles, self.solution.history
+        kinetic = kinetic_energy(p.m, p.v)
+        strain = strain_energy(s.law, s.axes, p.F, p.state, p.V0)
+        momentum = p.m @ p.v
+        spin = np.zeros((len(p.x), 3))
+        arm, velocity = np.zeros((len(p.x), 3)), np.zeros((len(p.x), 3))
+        arm[:, : p.dimension], velocity[:, : p.dimension] = p.x, p.v
+        spin = p.m @ np.cross(arm, velocity)
+        values = {
+            "time": s.time,
+            "kinetic_energy": kinetic,
+            "strain_energy": strain,
+            "external_work": s.external_work,
+            "momentum": momentum,
+            "angular_momentum": spin,
+        }
+        for name, value in values.items():
+            history.setdefault(name, []).append(value)
+        if len(history["time"]) == 1:
+            self.reference_energy = kinetic + strain
+        self.largest_input = max(self.largest_input, abs(s.external_work))
+        allowed = ENERGY_GROWTH * (self.reference_energy + self.largest_input)
+        if not np.isfinite(kinetic + strain):
+            raise Diverged("the energy is not finite")
+        if s.material.conserves_energy and allowed > 0.0 and kinetic + strain > allowed:
+            raise Diverged(f"the energy has grown to {kinetic + strain:.3g} J, {ENERGY_GROWTH:g} times what was put in")
+
+    def snapshot(self) -> None:
+        """Copy the particles."""
+        p = self.state.particles
+        copies = {name: getattr(p, name).copy() for name in ("x", "v", "F", "sigma", "V", "state")}
+        self.solution.snapshots.append({"time": self.state.time, **copies})
+
+    def after_step(self, dt: float, last: bool) -> None:
+        """Sample and snapshot when one is due."""
+        time = self.state.time
+        self.sampled = last or time >= self.next_sample
+        self.count_crossings()
+        if self.sampled:
+            self.sample()
+            self.next_sample = time + self.end_time / SAMPLES
+        while self.pending and time >= self.pending[0] - 0.5 * dt:
+            self.snapshot()
+            self.pending.pop(0)
+        if last:
+            self.snapshot()

@@ -1,0 +1,98 @@
+"""What a time loop works on: particles, nodes, basis, mass, material and loads, allocated once."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mpmbench.core.bases import Basis
+from mpmbench.core.mass import ConsistentMass, LumpedMass
+from mpmbench.core.materials import Material
+from mpmbench.core.methods import Choices
+from mpmbench.core.particles import Particles
+
+Mass = LumpedMass | ConsistentMass
+
+
+@dataclass
+class Nodes:
+    """Nodal sums and fields; shapes (N,) and (N, dim).
+
+    Attributes
+    ----------
+    m : ndarray
+        Lumped masses [kg].
+    q, f_internal, f_external : ndarray
+        Momentum [kg m/s] and forces [N].
+    a, v, v_old : ndarray
+        Accelerations [m/s^2], new velocities and those before the step [m/s].
+    """
+
+    m: np.ndarray
+    q: np.ndarray
+    f_internal: np.ndarray
+    f_external: np.ndarray
+    f: np.ndarray
+    a: np.ndarray
+    v: np.ndarray
+    v_old: np.ndarray
+
+    @classmethod
+    def zeros(cls, nodes: int, dimension: int) -> "Nodes":
+        return cls(np.zeros(nodes), *(np.zeros((nodes, dimension)) for _ in range(7)))
+
+
+@dataclass(frozen=True)
+class Loads:
+    """What acts on the body from outside.
+
+    Attributes
+    ----------
+    body_force : callable or None
+        ``body_force(X, t, b)`` writes the force per unit mass [N/kg] at initial positions X, shape (P, dim), to `b`.
+    traction : callable or None
+        ``traction(t)`` gives the point loads [N], shape (n, dim); they act on the first n tracers.
+    prescribed_motion : callable or None
+        ``prescribed_motion(X_i, t)`` gives the displacement [m], shape (N, dim), of the fixed components of nodes that
+        started at X_i; without it they rest.
+    """
+
+    body_force: Callable[[np.ndarray, float, np.ndarray], None] | None = None
+    traction: Callable[[float], np.ndarray] | None = None
+    prescribed_motion: Callable[[np.ndarray, float], np.ndarray] | None = None
+
+
+@dataclass
+class State:
+    """One simulation between two steps.
+
+    Attributes
+    ----------
+    time : float
+        Positions and stresses live at `time` [s], velocities half a step earlier.
+    external_work : float
+        Work of body force, traction and prescribed motion so far [J].
+    traction_particle : ndarray of int
+        Particle or tracer on which each point load acts.
+    """
+
+    particles: Particles
+    nodes: Nodes
+    basis: Basis
+    mass: Mass
+    material: Material
+    choices: Choices
+    fixed: np.ndarray
+    loads: Loads = field(default_factory=Loads)
+    time: float = 0.0
+    external_work: float = 0.0
+    traction_particle: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    initial_nodes: np.ndarray = field(default_factory=lambda: np.zeros((0, 1)))
+    law: Any = None
+    axes: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        self.law = self.material.law
+        self.axes = (0.0,) * self.particles.dimension
+        self.initial_nodes = self.basis.nodes.copy()

@@ -1,0 +1,103 @@
+"""Vibration of an elastic bar with both ends fixed (Wobbes 2020, section 8.1).
+
+``rho u'' = E u_xx`` on (0, l) with ``u(0) = u(l) = 0``, ``u = 0`` and ``u' = v_0 sin(pi X / l)`` at t = 0. With nu = 0
+and the small-strain law the bar is linear at any amplitude, and the solution below is exact.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from mpmbench.core.errors import require, require_option
+from mpmbench.core.geometry import Box
+from mpmbench.core.materials import Material
+from mpmbench.core.materials.small_strain_elastic import SmallStrainElastic
+from mpmbench.core.methods import Choices
+from mpmbench.core.particles import LAYOUTS, seed_cells
+from mpmbench.core.registry import register
+from mpmbench.problems import Fields, Problem
+
+
+@register("problem", "bar_fixed_ends")
+@dataclass(frozen=True)
+class BarFixedEnds(Problem):
+    """Parameters of the bar.
+
+    Parameters
+    ----------
+    velocity_amplitude : float
+        Amplitude v_0 of the initial velocity [m/s]; 0.6 in the paper, 20 for large strain.
+    particle_layout : {"midpoint", "gauss"}
+    """
+
+    velocity_amplitude: float = 0.6
+    particle_layout: str = "midpoint"
+    dimension: ClassVar[int] = 1
+    reference_length: ClassVar[float] = 1.0
+
+    def __post_init__(self) -> None:
+        v0 = self.velocity_amplitude
+        require(bool(np.isfinite(v0)) and v0 != 0.0, "velocity_amplitude", v0, "a finite number other than 0 [m/s]")
+        require_option("particle_layout", self.particle_layout, LAYOUTS)
+
+    # geometry
+
+    def nodes(self, resolution: int, choices: Choices) -> Box:
+        return Box((0.0,), (self.reference_length,), (resolution,))
+
+    def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
+        box = Box((0.0,), (self.reference_length,), (resolution,))
+        return seed_cells(box, particles_per_cell, self.particle_layout)
+
+    # initial and boundary conditions
+
+    def fixed(self, x: np.ndarray) -> np.ndarray:
+        tolerance = 1e-12 * self.reference_length
+        return (x < tolerance) | (x > self.reference_length - tolerance)
+
+    def velocity(self, X: np.ndarray, material: Material) -> np.ndarray:
+        return self.velocity_amplitude * np.sin(np.pi * X / self.reference_length)
+
+    # exact solution
+
+    def exact(self, X: np.ndarray, t: float, material: Material) -> Fields:
+        """Standing wave ``u = v_0 l/(pi c) sin(pi X/l) sin(pi c t/l)``; exact for the small-strain law only."""
+        return self._linear(X, t, material) if isinstance(material, SmallStrainElastic) else {}
+
+    def alternative(self, X: np.ndarray, t: float, material: Material) -> Fields:
+        """The linear solution, beside which other laws are reported."""
+        return {} if isinstance(material, SmallStrainElastic) else self._linear(X, t, material)
+
+    def _linear(self, X: np.ndarray, t: float, material: Material) -> Fields:
+        omega = self._frequency(material)
+        k = np.pi / self.reference_length
+        amplitude = self.velocity_amplitude / omega
+        fields = {
+            "displacement": amplitude * np.sin(k * X) * np.sin(omega * t),
+            "velocity": self.velocity_amplitude * np.sin(k * X) * np.cos(omega * t),
+        }
+        modulus = self._modulus(material)
+        fields["stress"] = (modulus * amplitude * k * np.cos(k * X) * np.sin(omega * t))[:, :, None]
+        return fields
+
+    def temporal_floor(self, dt: float, t: float, X: np.ndarray, material: Material) -> float | None:
+        """Error of the leapfrog scheme on this mode: ``sin(Omega dt/2) = omega dt/2``, amplitude as below."""
+        if not isinstance(material, SmallStrainElastic):
+            return None
+        omega = self._frequency(material)
+        half = 0.5 * omega * dt
+        if half >= 1.0:
+            return None
+        amplitude = self.velocity_amplitude / (omega * np.sqrt(1.0 - half**2))
+        discrete = amplitude * np.sin(2.0 / dt * np.arcsin(half) * t)
+        exact = self.velocity_amplitude / omega * np.sin(omega * t)
+        shape = np.sin(np.pi * X[:, 0] / self.reference_length)
+        return float(abs(discrete - exact) * np.sqrt(np.mean(shape**2)))
+
+    def _modulus(self, material: Material) -> float:
+        lame, shear = material.lame_parameters()
+        return lame + 2.0 * shear
+
+    def _frequency(self, material: Material) -> float:
+        return float(np.pi / self.reference_length * np.sqrt(self._modulus(material) / material.density))

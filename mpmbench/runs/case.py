@@ -1,0 +1,271 @@
+"""From a resolved configuration to a result: builds the plug-ins, runs the simulation, and measures the errors."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from mpmbench.analysis.norms import error_norms
+from mpmbench.core import registry
+from mpmbench.core.bases import BasisSettings
+from mpmbench.core.errors import BadSetting, NotApplicable, SolverFailure, require
+from mpmbench.core.geometry import Box
+from mpmbench.core.materials import Material
+from mpmbench.core.methods import Choices
+from mpmbench.core.particles import Particles, per_axis
+from mpmbench.core.simulation import Body, Solution, build_state, simulate
+from mpmbench.core.stability import stability_limit
+from mpmbench.core.state import State
+from mpmbench.problems import Problem
+
+Config = Mapping[str, Any]
+Progress = Callable[[float, float], None]
+UNITS = {"displacement": "m", "velocity": "m s-1", "stress": "Pa"}
+
+
+@dataclass(frozen=True)
+class Case:
+    """The plug-ins of one run, with their settings checked."""
+
+    problem: Problem
+    choices: Choices
+    basis: BasisSettings
+    material: Material
+    basis_name: str
+    resolution: int
+    particles_per_cell: int
+
+
+def read(config: Config) -> Case:
+    """Instantiate the plug-ins of a configuration.
+
+    Raises
+    ------
+    BadSetting
+        With the full key of the setting, for example ``basis.d_max``.
+    NotApplicable
+        When the combination cannot be run.
+    """
+    method = dict(config["method"])
+    choices = _instantiate("method", Choices, method)
+    built = {kind: _plugin(kind, config[kind]) for kind in ("problem", "basis", "material")}
+    resolution, per_cell = int(config["resolution"]), int(config["particles_per_cell"])
+    require(resolution >= 1, "resolution", config["resolution"], "a whole number >= 1")
+    case = Case(
+        **built, choices=choices, basis_name=config["basis"]["name"], resolution=resolution, particles_per_cell=per_cell
+    )
+    problem, dimension = case.problem, case.problem.dimension
+    per_axis(per_cell, dimension)
+    try:
+        step = registry.get("method", choices.time)
+    except KeyError:
+        raise BadSetting("method.time", choices.time, "one of " + ", ".join(registry.names("method"))) from None
+    getattr(step, "check", lambda _: None)(choices)
+    if dimension not in case.basis.promises.dimensions:
+        raise NotApplicable(f"basis={case.basis_name} does not exist in {dimension}D")
+    problem.check(case.material, choices, case.basis_name, resolution)
+    if case.basis.promises.grid and not isinstance(problem.nodes(resolution, choices), Box):
+        raise NotApplicable(f"basis={case.basis_name} needs a grid, and {config['problem']['name']} has free nodes")
+    return case
+
+
+def _plugin(kind: str, settings: Mapping[str, Any]) -> Any:
+    return _instantiate(kind, registry.get(kind, settings["name"]), {k: v for k, v in settings.items() if k != "name"})
+
+
+def _instantiate(kind: str, cls: type, settings: Mapping[str, Any]) -> Any:
+    known = {field.name for field in fields(cls)}
+    for key in settings:
+        require(key in known, f"{kind}.{key}", settings[key], f"a key that {kind} has ({', '.join(sorted(known))})")
+    try:
+        return cls(**settings)
+    except BadSetting as error:
+        raise BadSetting(f"{kind}.{error.key}", error.value, error.allowed) from None
+
+
+def check(config: Config) -> None:
+    """Validate a configuration without building anything large; raises as `read` does."""
+    read(config)
+
+
+def estimate_memory(config: Config) -> float:
+    """Upper estimate of the memory that a run takes [MiB]."""
+    case = read(config)
+    dim = case.problem.dimension
+    geometry = case.problem.nodes(case.resolution, case.choices)
+    cells = float(np.prod([float(n) for n in geometry.cells])) if isinstance(geometry, Box) else len(geometry.nodes)
+    particle = 8.0 * (8 + 5 * dim + 3 * dim**2) * 4  # arrays, their snapshots, and the state that is warmed up
+    stencil = 8.0 * 5**dim * (2 + 2 * dim) if case.choices.moving or not case.basis.promises.grid else 0.0
+    node = 8.0 * (1 + 8 * dim) + (8.0 * 3 * 5**dim if case.choices.mass == "consistent" else 0.0)
+    return (cells * case.particles_per_cell * (particle + stencil) + cells * node) / 2**20
+
+
+def build(case: Case) -> State:
+    """The initial state of a run."""
+    problem, material = case.problem, case.material
+    X, V0 = problem.seed(case.resolution, case.particles_per_cell)
+    particles = Particles.at_rest(X, V0, material.density, problem.tracers(), material.history)
+    particles.v[:] = problem.velocity(particles.X, material)
+    problem.prepare(particles, material)
+    body = Body(
+        geometry=problem.nodes(case.resolution, case.choices),
+        particles=particles,
+        fixed=problem.fixed,
+        velocity=lambda x: problem.velocity(x, material),
+        loads=problem.loads(material),
+    )
+    return build_state(body, case.basis, material, case.choices)
+
+
+def solve(config: Config, progress: Progress | None = None) -> xr.Dataset:
+    """Run one case in this process.
+
+    Parameters
+    ----------
+    config : mapping
+        The resolved configuration.
+    progress : callable or None
+        ``progress(fraction, time)``, first with 0 when set-up and compiling are over and the solver starts.
+
+    Returns
+    -------
+    xarray.Dataset
+        As the house plan says (section 4), without provenance; a numerical failure is a status, not an exception.
+    """
+    case = read(config)
+    end_time = float(config["end_time"])
+    start = perf_counter()
+    try:
+        state = build(case)
+        time_step = _time_step(config, case, state)
+        warm = build(case)
+        first = time_step(warm) if callable(time_step) else time_step
+        simulate(warm, first, min(first, end_time))  # compiles, so that the run itself is timed without it
+        del warm
+    except SolverFailure as failure:
+        solution = Solution(status=failure.status, reason=f"{failure} (before the first step)")
+        return dataset(config, case, None, solution, perf_counter() - start)
+    compile_time = perf_counter() - start
+    solution = simulate(state, time_step, end_time, config.get("snapshot_times") or (), progress)
+    return dataset(config, case, state, solution, compile_time)
+
+
+def _time_step(config: Config, case: Case, state: State) -> float | Callable[[State], float]:
+    """The constant step, ``cfl`` times the stability limit for ``auto``, or the problem's own adaptive step."""
+    if config["time_step"] != "auto":
+        return float(config["time_step"])
+    adaptive = case.problem.adaptive_step(state)
+    return adaptive if adaptive is not None else float(config["cfl"]) * stability_limit(state)
+
+
+def dataset(config: Config, case: Case, state: State | None, solution: Solution, compile_time: float) -> xr.Dataset:
+    """All that a run has to say, as one dataset with units."""
+    out = xr.Dataset(
+        attrs={
+            "status": solution.status,
+            "reason": solution.reason,
+            **{kind: config[kind]["name"] for kind in ("problem", "method", "basis", "material")},
+            "mass": case.choices.mass,
+            "resolution": case.resolution,
+            "time_step": solution.time_step if solution.time_step > 0.0 else str(config["time_step"]),
+            "particles_per_cell": case.particles_per_cell,
+        }
+    )
+
+    def scalar(name: str, value: float | int | None, unit: str, text: str) -> None:
+        if value is not None:
+            out[name] = ((), value, {"units": unit, "long_name": text})
+
+    scalar("steps", solution.steps, "1", "number of time steps done")
+    scalar("time_reached", solution.time_reached, "s", "simulated time reached")
+    scalar("solver_time", solution.solver_time, "s", "time in the time steps")
+    scalar("compile_time", compile_time, "s", "time for set-up and compiling")
+    if state is None:
+        return out
+    particles, X = state.particles, state.particles.X[state.particles.material]
+    scalar("n_particles", len(X), "1", "number of particles with mass")
+    scalar("n_nodes", len(state.basis.nodes), "1", "number of nodes (degrees of freedom per component)")
+    scalar("n_cell_crossings", solution.cell_crossings, "1", "number of times a particle has changed its grid cell")
+    _add_history(out, solution, scalar)
+    _add_snapshots(out, case, particles, X, solution)
+    if solution.status == "ok":
+        _add_errors(case, X, solution, scalar)
+        floor = case.problem.temporal_floor(solution.time_step, solution.time_reached, X, case.material)
+        scalar("predicted_temporal_floor", floor, "m", "displacement error of the time integration alone, predicted")
+    for name, (value, unit, text) in case.problem.quantities(solution, case.material).items():
+        dims = ("time",) if np.ndim(value) else ()
+        out[name] = (dims, value, {"units": unit, "long_name": text})
+    return out
+
+
+def _add_history(out: xr.Dataset, solution: Solution, scalar: Callable[..., None]) -> None:
+    history = {name: np.array(values) for name, values in solution.history.items()}
+    out.coords["time"] = ("time", history["time"], {"units": "s", "long_name": "time"})
+    for name, unit, dims in (
+        ("kinetic_energy", "J", ("time",)),
+        ("strain_energy", "J", ("time",)),
+        ("external_work", "J", ("time",)),
+        ("momentum", "kg m s-1", ("time", "dim")),
+        ("angular_momentum", "kg m2 s-1", ("time", "axis")),
+    ):
+        out[name] = (dims, history[name], {"units": unit, "long_name": name.replace("_", " ")})
+    kinetic, energy = history["kinetic_energy"], history["kinetic_energy"] + history["strain_energy"]
+    balance = np.abs(energy - history["external_work"] - energy[0])
+    scale = max(energy[0], kinetic.max())
+    scalar(
+        "energy_drift",
+        balance.max() / scale if scale > 0.0 else np.nan,
+        "1",
+        "largest |kinetic + strain - external work - initial energy| over max(initial energy, largest kinetic)",
+    )
+    drift = np.linalg.norm(history["momentum"] - history["momentum"][0], axis=1)
+    scalar("momentum_drift", drift.max(), "kg m s-1", "largest change of total momentum")
+
+
+def _add_snapshots(out: xr.Dataset, case: Case, p: Particles, X: np.ndarray, solution: Solution) -> None:
+    keep = p.material
+    shots = solution.snapshots
+    times = np.array([shot["time"] for shot in shots])
+    out.coords["snapshot_time"] = ("snapshot", times, {"units": "s", "long_name": "time of the snapshot"})
+    out["position_initial"] = (("particle", "dim"), X, {"units": "m", "long_name": "initial position"})
+    vector, tensor = ("snapshot", "particle", "dim"), ("snapshot", "particle", "dim", "dim2")
+    position = np.array([shot["x"][keep] for shot in shots])
+    computed = {
+        "position": (vector, position, "m"),
+        "displacement": (vector, position - X, "m"),
+        "velocity": (vector, np.array([shot["v"][keep] for shot in shots]), "m s-1"),
+        "stress": (tensor, np.array([shot["sigma"][keep] for shot in shots]), "Pa"),
+        "volume": (("snapshot", "particle"), np.array([shot["V"][keep] for shot in shots]), f"m{p.dimension}"),
+    }
+    for name, (dims, values, unit) in computed.items():
+        out[name] = (dims, values, {"units": unit, "long_name": name})
+    half = 0.5 * solution.time_step
+    for name, dims in (("displacement", vector), ("velocity", vector), ("stress", tensor)):
+        exact = [_exact(case, X, t, half if t > 0.0 else 0.0).get(name) for t in times]
+        if all(part is not None for part in exact):
+            out[f"{name}_exact"] = (dims, np.array(exact), {"units": UNITS[name], "long_name": f"exact {name}"})
+
+
+def _exact(case: Case, X: np.ndarray, t: float, half_step: float) -> dict[str, np.ndarray]:
+    """Exact fields at t, the velocity half a step earlier, where that of the leapfrog scheme lives."""
+    exact = dict(case.problem.exact(X, t, case.material))
+    if "velocity" in exact:
+        exact["velocity"] = case.problem.exact(X, t - half_step, case.material)["velocity"]
+    return exact
+
+
+def _add_errors(case: Case, X: np.ndarray, solution: Solution, scalar: Callable[..., None]) -> None:
+    last, t = solution.snapshots[-1], solution.time_reached
+    n = len(X)
+    computed = {"displacement": last["x"][:n] - X, "velocity": last["v"][:n], "stress": last["sigma"][:n]}
+    references = {"": _exact(case, X, t, 0.5 * solution.time_step)}
+    references["_alternative"] = case.problem.alternative(X, t, case.material)
+    for suffix, exact in references.items():
+        for name, reference in exact.items():
+            error, relative = error_norms(computed[name], reference)
+            text = f"root mean square error of the {name}" + (" against the second reference" if suffix else "")
+            scalar(f"error_{name}_rms{suffix}", error, UNITS[name], text)
+            scalar(f"error_{name}_relative{suffix}", relative, "1", text + ", relative to the field")
