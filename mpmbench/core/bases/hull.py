@@ -1,0 +1,61 @@
+"""The convex hull of a set of nodes, outside of which no non-negative linearly complete functions exist."""
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from mpmbench.core.compiled import kernel
+from mpmbench.core.errors import BrokeDown
+
+ROUNDING = 1e-12  # of the size of the hull: points on it count as inside
+
+
+@kernel
+def _first_outside(x, lower, upper, normals, offsets):  # type: ignore[no-untyped-def]
+    """Facets are asked only about points outside the box ``lower..upper``, which lies inside the hull."""
+    for p in range(x.shape[0]):
+        boxed = True
+        for d in range(x.shape[1]):
+            boxed = boxed and lower[d] <= x[p, d] <= upper[d]
+        if not boxed:
+            for f in range(normals.shape[0]):
+                distance = -offsets[f]
+                for d in range(x.shape[1]):
+                    distance += normals[f, d] * x[p, d]
+                if not distance <= 0.0:
+                    return p
+    return -1
+
+
+class Hull:
+    """Half-spaces ``normals . x <= offsets`` around the nodes, and a box within them that most points lie in.
+
+    Parameters
+    ----------
+    nodes : ndarray
+        Positions [m], shape (N, dim).
+
+    Raises
+    ------
+    BrokeDown
+        When the nodes have no volume.
+    """
+
+    def __init__(self, nodes: np.ndarray) -> None:
+        lower, upper = nodes.min(axis=0), nodes.max(axis=0)
+        if nodes.shape[1] == 1:
+            equations = np.array([[-1.0, lower[0]], [1.0, -upper[0]]])
+        else:
+            try:
+                equations = ConvexHull(nodes).equations
+            except QhullError:
+                raise BrokeDown("the nodes have collapsed onto a line or plane: no hull") from None
+        self.normals = np.ascontiguousarray(equations[:, :-1])
+        self.offsets = -equations[:, -1] + ROUNDING * float(np.max(upper - lower))
+        middle = nodes.mean(axis=0)
+        room = self.offsets - self.normals @ middle
+        share = max(0.0, float(np.min(room / (np.abs(self.normals) @ (upper - lower)))))
+        self.lower, self.upper = middle - share * (upper - lower), middle + share * (upper - lower)
+
+    def first_outside(self, x: np.ndarray) -> int:
+        """Number of the first point of `x`, shape (n, dim), that is outside (or not a number), -1 if none is."""
+        return int(_first_outside(x, self.lower, self.upper, self.normals, self.offsets))

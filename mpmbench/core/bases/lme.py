@@ -1,0 +1,105 @@
+"""Local maximum-entropy functions with a Gaussian (Arroyo and Ortiz 2006; Li 2009, section 2.3)."""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from mpmbench.core.bases import Promises
+from mpmbench.core.bases.entropy_basis import PROMISES, EntropyBasis
+from mpmbench.core.bases.max_entropy import GAUSSIAN
+from mpmbench.core.errors import BadSetting, require, require_option
+from mpmbench.core.geometry import Box, Geometry
+from mpmbench.core.registry import register
+
+SMALLEST_RADIUS = 2.5  # in nodal spacings: fewer nodes may fail to surround a point
+
+
+@register("basis", "lme")
+@dataclass(frozen=True)
+class LocalMaxEnt:
+    """Settings of the local max-ent basis: priors exp(-beta |x - x_i|^2) with beta = gamma / h^2.
+
+    Parameters
+    ----------
+    gamma : float
+        Locality, positive.
+    spacing : float or None
+        Nodal spacing h [m]; None or 0 reads it from the nodes as they are at the start (`nodal_spacing`).
+    radius : float or None
+        Search radius R [m]; None or 0 takes the larger of h sqrt(ln(1 / cutoff) / gamma) and 2.5 h. At the rim the
+        Gaussian is lowered by its tangent in r^2, so that nodes enter and leave a support without a jump.
+    cutoff : float
+        Value of the Gaussian at the automatic radius, at most 1e-6.
+    tolerance : float
+        Largest residual of linear completeness, in nodal spacings.
+    search : {"local", "all"}
+        Look for neighbours in cells, or at all nodes for every point (same functions).
+    line_search : bool
+        Safeguard Newton's method; without it, it is the plain one of Li (2009), which fails for large gamma.
+    """
+
+    gamma: float = 1.8
+    spacing: float | None = None
+    radius: float | None = None
+    cutoff: float = 1e-8
+    tolerance: float = 1e-12
+    search: str = "local"
+    line_search: bool = True
+    promises: ClassVar[Promises] = PROMISES
+
+    def __post_init__(self) -> None:
+        require(0.0 < self.gamma <= 100.0, "gamma", self.gamma, "a positive number, at most 100")
+        for key in ("spacing", "radius"):
+            value = getattr(self, key) or 0.0
+            require(0.0 <= value < math.inf, key, value, "a positive length in metres, or 0 for an automatic one")
+        require(1e-15 <= self.cutoff <= 1e-6, "cutoff", self.cutoff, "a number from 1e-15 to 1e-6")
+        require(1e-13 <= self.tolerance <= 1e-6, "tolerance", self.tolerance, "a number from 1e-13 to 1e-6")
+        require_option("search", self.search, ("local", "all"))
+        require(isinstance(self.line_search, bool), "line_search", self.line_search, "true or false")
+
+    def build(self, geometry: Geometry, particles: int, moving: bool) -> EntropyBasis:
+        """The basis on the nodes of `geometry`, with room for `particles` particles."""
+        h = self.spacing or nodal_spacing(geometry)
+        radius = self.radius or h * max(math.sqrt(-math.log(self.cutoff) / self.gamma), SMALLEST_RADIUS)
+        if radius <= h:
+            raise BadSetting("radius", self.radius, f"more than the nodal spacing of {h:.6g} m")
+        nodes = geometry.nodes() if isinstance(geometry, Box) else geometry.nodes
+        return EntropyBasis(
+            nodes,
+            particles,
+            lambda moved: np.full(len(moved), radius),
+            prior=GAUSSIAN,
+            rim_exponent=self.gamma * (radius / h) ** 2,
+            spacing=h / radius,
+            tolerance=self.tolerance,
+            local=self.search == "local",
+            line_search=self.line_search,
+        )
+
+
+def nodal_spacing(geometry: Geometry) -> float:
+    """Typical distance h between neighbouring nodes [m].
+
+    On a box the largest cell size. On a cloud the edge of N^(1/dim) - 1 cells along each axis of a cube with the
+    cloud's volume (of its simplices, else of its hull), which is the mean spacing on a line.
+    """
+    if isinstance(geometry, Box):
+        return float(geometry.spacing.max())
+    nodes, dimension = geometry.nodes, geometry.dimension
+    if geometry.simplices is not None:
+        corners = nodes[geometry.simplices]
+        volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / math.factorial(dimension)
+        volume = float(volumes.sum())
+    elif dimension == 1:
+        volume = float(np.ptp(nodes))
+    else:
+        try:
+            volume = float(ConvexHull(nodes).volume)
+        except QhullError:
+            volume = 0.0
+    if not volume > 0.0:
+        raise BadSetting("nodes", len(nodes), "a cloud of nodes with a volume")
+    return volume ** (1.0 / dimension) / (len(nodes) ** (1.0 / dimension) - 1.0)

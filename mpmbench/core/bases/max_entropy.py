@@ -1,0 +1,483 @@
+"""Maximum-entropy shape functions with a prior: the compiled part that `maxent` and `lme` share.
+
+At a point x the functions are ``phi_i = w_i(x) exp(-lambda . dx_i) / Z`` with ``dx_i = x_i - x`` and the multipliers
+lambda that minimise ``log Z`` (Wobbes 2020, Eqs. 79-86, Arroyo and Ortiz 2006). The priors w_i are radial, which makes
+their gradients ``grad w_i = -g_i dx_i`` with a scalar g_i, and nothing is ever divided by w_i.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+from mpmbench.core.algebra import inverse
+from mpmbench.core.bases.search import Buckets, cell_of
+from mpmbench.core.compiled import kernel, matrix, vector
+
+CUBIC_SPLINE, QUARTIC_SPLINE, GAUSSIAN = 0, 1, 2
+DONE, TOO_NARROW, OUTSIDE, FLAT, STALLED = 0, 1, 2, 3, 4  # what becomes of a point
+
+QUADRATIC_RANGE = (
+    1e-7  # Newton steps (in exponents) below this leave an error of 1e-14: the step then taken is the last
+)
+HULL_CONDITION = 1e9  # inverse variance, in supports, of points closer than about 1e-9 h to the hull
+INWARDS = 2.0**-23  # how far, relative to the support, the gradient of a point on the hull is taken inside it
+
+
+class NodeCloud(NamedTuple):
+    """What the kernels know of nodes and priors.
+
+    Attributes
+    ----------
+    axes : tuple of float
+        One entry per dimension (values unused).
+    nodes : ndarray
+        Positions [m], shape (N, dim).
+    support : ndarray
+        Radii of the supports d_i [m], shape (N,).
+    buckets : Buckets
+        Which supports reach which cells.
+    prior : int
+        CUBIC_SPLINE, QUARTIC_SPLINE or GAUSSIAN.
+    rim_exponent : float
+        The Gaussian at the rim of its support is exp(-rim_exponent).
+    spacing : float
+        Nodal spacing h as a fraction of the support's radius.
+    tolerance : float
+        Largest residual ``|sum_i phi_i dx_i| / h``.
+    line_search : bool
+        Shorten Newton steps that do not lessen log Z; without it the iteration is the undamped one of Li (2009).
+    max_iterations : int
+    """
+
+    axes: tuple[float, ...]
+    nodes: np.ndarray
+    support: np.ndarray
+    buckets: Buckets
+    prior: int
+    rim_exponent: float
+    spacing: float
+    tolerance: float
+    line_search: bool
+    max_iterations: int
+
+
+class Work(NamedTuple):
+    """Working memory for one point: `dx` has shape (dim, K), everything else (K,)."""
+
+    index: np.ndarray
+    inverse_support: np.ndarray
+    distance: np.ndarray
+    dx: np.ndarray
+    w: np.ndarray
+    g: np.ndarray
+    e: np.ndarray
+
+
+@intrinsic
+def _two_to_the(typingctx, shifted):  # type: ignore[no-untyped-def]
+    """2^n for the integer n in the low bits of ``n + 1.5 * 2^52``."""
+
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        integer = ir.IntType(64)
+        bits = builder.shl(builder.bitcast(arguments[0], integer), ir.Constant(integer, 52))
+        return builder.bitcast(builder.add(bits, ir.Constant(integer, 1023 << 52)), ir.DoubleType())
+
+    return types.float64(types.float64), generate
+
+
+@kernel
+def exponential(x):  # type: ignore[no-untyped-def]
+    """exp(x) to the last bit or two for -708 <= x <= 709, in operations that loops can do several at a time."""
+    shift = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to an integer
+    x = min(max(x, -708.0), 709.0)
+    n = x * 1.4426950408889634 + shift
+    whole = n - shift
+    r = (x - whole * 0.6931471803691238) - whole * 1.9082149292705877e-10
+    s = 1.0 / 6227020800.0
+    s = s * r + 1.0 / 479001600.0
+    s = s * r + 1.0 / 39916800.0
+    s = s * r + 1.0 / 3628800.0
+    s = s * r + 1.0 / 362880.0
+    s = s * r + 1.0 / 40320.0
+    s = s * r + 1.0 / 5040.0
+    s = s * r + 1.0 / 720.0
+    s = s * r + 1.0 / 120.0
+    s = s * r + 1.0 / 24.0
+    s = s * r + 1.0 / 6.0
+    s = s * r + 0.5
+    s = s * r + 1.0
+    s = s * r + 1.0
+    return s * _two_to_the(n)
+
+
+@kernel
+def make_work(cloud):  # type: ignore[no-untyped-def]
+    """Room for the longest list of candidates."""
+    width = 1
+    first = cloud.buckets.first
+    for c in range(first.shape[0] - 1):
+        width = max(width, first[c + 1] - first[c])
+    return Work(
+        np.empty(width, np.int64),
+        np.empty(width),
+        np.empty(width),
+        np.empty((len(cloud.axes), width)),
+        np.empty(width),
+        np.empty(width),
+        np.empty(width),
+    )
+
+
+@kernel
+def gather(cloud, x, p, work):  # type: ignore[no-untyped-def]
+    """Number of nodes whose support covers point `p`, and the largest of their supports."""
+    cell = cell_of(cloud.buckets, x, p)
+    found = 0
+    largest = 0.0
+    for place in range(cloud.buckets.first[cell], cloud.buckets.first[cell + 1]):
+        i = cloud.buckets.entry[place]
+        square = 0.0
+        for d in range(len(cloud.axes)):
+            difference = cloud.nodes[i, d] - x[p, d]
+            work.dx[d, found] = difference
+            square += difference * difference
+        radius = cloud.support[i]
+        if square < radius * radius:
+            work.index[found] = i
+            work.inverse_support[found] = 1.0 / radius
+            work.distance[found] = square
+            largest = max(largest, radius)
+            found += 1
+    return found, largest
+
+
+@kernel
+def weigh(cloud, found, work):  # type: ignore[no-untyped-def]
+    """Priors w_i and their slopes g_i at distance r = |dx_i| / d_i (Wobbes 2020, Eqs. 87-90)."""
+    w, g = work.w, work.g
+    if cloud.prior == CUBIC_SPLINE:
+        for k in range(found):
+            inverse_square = work.inverse_support[k] * work.inverse_support[k]
+            rr = work.distance[k] * inverse_square
+            r = math.sqrt(rr)
+            rest = 1.0 - r
+            inner = r <= 0.5
+            w[k] = 2.0 / 3.0 - 4.0 * rr * rest if inner else 4.0 / 3.0 * rest * rest * rest
+            g[k] = inverse_square * (12.0 * r - 8.0 if inner else -4.0 * rest * rest / max(r, 0.5))
+    elif cloud.prior == QUARTIC_SPLINE:
+        for k in range(found):
+            inverse_square = work.inverse_support[k] * work.inverse_support[k]
+            rr = work.distance[k] * inverse_square
+            r = math.sqrt(rr)
+            w[k] = 1.0 - rr * (6.0 - 8.0 * r + 3.0 * rr)
+            g[k] = -12.0 * inverse_square * (1.0 - r) * (1.0 - r)
+    else:  # a Gaussian less its tangent at the rim in r^2, so that value and slope vanish there
+        a = cloud.rim_exponent
+        rim = math.exp(-a)
+        for k in range(found):
+            inverse_square = work.inverse_support[k] * work.inverse_support[k]
+            rr = work.distance[k] * inverse_square
+            bell = exponential(-a * rr)
+            w[k] = bell - rim * (1.0 + a * (1.0 - rr))
+            g[k] = -2.0 * a * inverse_square * (bell - rim)
+
+
+@kernel
+def moments(axes, found, work, r, H):  # type: ignore[no-untyped-def]
+    """Z, the mean r of dx and its covariance H under the weights w_i e_i: the slope of log Z is -r, its curvature H."""
+    Z = 0.0
+    for d in range(len(axes)):
+        r[d] = 0.0
+        for b in range(len(axes)):
+            H[d, b] = 0.0
+    for k in range(found):
+        phi = work.w[k] * work.e[k]
+        Z += phi
+        for d in range(len(axes)):
+            moment = phi * work.dx[d, k]
+            r[d] += moment
+            for b in range(d + 1):
+                H[d, b] += moment * work.dx[b, k]
+    for d in range(len(axes)):
+        r[d] /= Z
+        for b in range(d + 1):
+            H[d, b] = H[d, b] / Z - r[d] * r[b]
+            H[b, d] = H[d, b]
+    return Z
+
+
+@kernel
+def exponents(axes, found, multiplier, work):  # type: ignore[no-untyped-def]
+    """Set ``e_i = -lambda . dx_i``; returns the largest."""
+    largest = -np.inf
+    for k in range(found):
+        total = 0.0
+        for d in range(len(axes)):
+            total -= multiplier[d] * work.dx[d, k]
+        work.e[k] = total
+        largest = max(largest, total)
+    return largest
+
+
+@kernel
+def exponentiate(axes, found, multiplier, work):  # type: ignore[no-untyped-def]
+    """Set ``e_i = exp(-lambda . dx_i)`` where no exponent can be large."""
+    for k in range(found):
+        total = 0.0
+        for d in range(len(axes)):
+            total -= multiplier[d] * work.dx[d, k]
+        work.e[k] = exponential(total)
+
+
+@kernel
+def length(axes, a):  # type: ignore[no-untyped-def]
+    square = 0.0
+    for d in range(len(axes)):
+        square += a[d] * a[d]
+    return math.sqrt(square)
+
+
+@kernel
+def newton(cloud, found, reach, work, step):  # type: ignore[no-untyped-def]
+    """Minimise log Z over the multipliers by Newton's method from lambda = 0.
+
+    Leaves e_i, and in `step` what a last Newton step would still add to lambda. Steps that could be too long are
+    checked afterwards and, where log Z has not fallen, replaced by ``log(1 + n) / n`` of them, n the range of their
+    exponents: that one always lessens log Z, because its third derivative is at most n times its second.
+
+    Returns
+    -------
+    status, iterations, on_hull
+        Number of steps until the residual met the tolerance (the last step is not counted); whether the point lies on
+        the hull, where lambda is infinite and only the residual can converge.
+    """
+    axes = cloud.axes
+    multiplier, origin, taken = vector(axes), vector(axes), vector(axes)
+    r = vector(axes)
+    H, inverse_H = matrix(axes, axes), matrix(axes, axes)
+    smallest_residual = cloud.tolerance * cloud.spacing * reach
+    for k in range(found):
+        work.e[k] = 1.0
+    for d in range(len(axes)):
+        multiplier[d] = 0.0
+    on_trial = False
+    height = slope = spread = 0.0
+    counted = -1
+    for iteration in range(cloud.max_iterations + 1):
+        shift = 0.0
+        size = length(axes, multiplier) * reach
+        if size > 300.0:
+            shift = exponents(axes, found, multiplier, work)
+            for k in range(found):
+                work.e[k] = exponential(work.e[k] - shift)
+        elif iteration > 0:
+            exponentiate(axes, found, multiplier, work)
+        Z = moments(axes, found, work, r, H)
+        if on_trial:
+            on_trial = False
+            if not math.log(Z) + shift <= height - 1e-4 * slope:
+                fraction = math.log(1.0 + spread) / spread
+                for d in range(len(axes)):
+                    multiplier[d] = origin[d] + fraction * taken[d]
+                continue
+        residual = length(axes, r)
+        if residual <= smallest_residual and counted < 0:
+            counted = iteration
+        determinant = inverse(axes, H, inverse_H)
+        trace = 0.0
+        for d in range(len(axes)):
+            trace += inverse_H[d, d]
+            step[d] = 0.0
+            for b in range(len(axes)):
+                step[d] += inverse_H[d, b] * r[b]
+        move = length(axes, step) * reach
+        if move <= QUADRATIC_RANGE and determinant > 0.0:
+            return DONE, max(counted, 0), False
+        if residual <= smallest_residual and not trace * reach * reach < HULL_CONDITION:
+            return DONE, counted, True
+        if iteration > 2:  # a half-space that holds every dx_i: the point is not in their hull
+            nearest = -exponents(axes, found, multiplier, work)
+            if nearest * reach > smallest_residual * size:
+                return OUTSIDE, iteration, False
+        if not (determinant > 0.0 and move < 1e300):
+            if not cloud.line_search:
+                return STALLED, iteration, False
+            return (OUTSIDE if size > 30.0 else FLAT), iteration, False
+        if cloud.line_search and move > 0.5:
+            on_trial = True
+            height = math.log(Z) + shift
+            low, high = np.inf, -np.inf
+            slope = 0.0
+            for d in range(len(axes)):
+                origin[d], taken[d] = multiplier[d], step[d]
+                slope += step[d] * r[d]
+            for k in range(found):
+                total = 0.0
+                for d in range(len(axes)):
+                    total += step[d] * work.dx[d, k]
+                low, high = min(low, total), max(high, total)
+            spread = high - low
+        for d in range(len(axes)):
+            multiplier[d] += step[d]
+    return STALLED, cloud.max_iterations, False
+
+
+@kernel
+def finish(axes, found, work, step, grad_phi):  # type: ignore[no-untyped-def]
+    """Take the last Newton step and write the values to ``work.w`` and the gradients to `grad_phi`, shape (K, dim).
+
+    ``grad phi_i = phi_i (M dx_i + b) - psi_i dx_i`` with ``psi_i = g_i e_i / Z`` (which is phi_i grad w_i / w_i along
+    -dx_i), ``b = sum_j psi_j dx_j`` and ``M = (I + sum_j psi_j dx_j (x) dx_j) H^-1``: Wobbes 2020, Eqs. 84-86, with the
+    signs corrected.
+    """
+    b, r = vector(axes), vector(axes)
+    H, inverse_H, B, M = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
+    for k in range(found):
+        t = 0.0
+        for d in range(len(axes)):
+            t += step[d] * work.dx[d, k]
+        work.e[k] *= 1.0 - t + 0.5 * t * t
+    Z = moments(axes, found, work, r, H)
+    for d in range(len(axes)):
+        b[d] = 0.0
+        for c in range(len(axes)):
+            B[d, c] = 0.0
+            H[d, c] += r[d] * r[c]
+    scale = 1.0 / Z
+    for k in range(found):
+        psi = work.g[k] * work.e[k] * scale
+        work.g[k] = psi
+        work.w[k] *= work.e[k] * scale
+        for d in range(len(axes)):
+            moment = psi * work.dx[d, k]
+            b[d] += moment
+            for c in range(d + 1):
+                B[d, c] += moment * work.dx[c, k]
+    inverse(axes, H, inverse_H)
+    for d in range(len(axes)):
+        for c in range(d):
+            B[c, d] = B[d, c]
+        B[d, d] += 1.0
+    for d in range(len(axes)):
+        for c in range(len(axes)):
+            total = 0.0
+            for a in range(len(axes)):
+                total += B[d, a] * inverse_H[a, c]
+            M[d, c] = total
+    for k in range(found):
+        phi, psi = work.w[k], work.g[k]
+        for d in range(len(axes)):
+            total = b[d]
+            for c in range(len(axes)):
+                total += M[d, c] * work.dx[c, k]
+            grad_phi[k, d] = phi * total - psi * work.dx[d, k]
+    return length(axes, r)
+
+
+@kernel
+def evaluate_inside(cloud, x, p, work, row, index, phi, grad_phi):  # type: ignore[no-untyped-def]
+    """Functions at point `p` of `x`, written to row `row`; returns status, number of functions or of steps, on_hull."""
+    found, reach = gather(cloud, x, p, work)
+    if found == 0:
+        return OUTSIDE, 0, 0, False
+    if found > index.shape[1]:
+        return TOO_NARROW, found, 0, False
+    step = vector(cloud.axes)
+    weigh(cloud, found, work)
+    status, iterations, on_hull = newton(cloud, found, reach, work, step)
+    if status != DONE or on_hull:
+        return status, found, iterations, on_hull
+    residual = finish(cloud.axes, found, work, step, grad_phi[row])
+    if not residual <= cloud.tolerance * cloud.spacing * reach:
+        return STALLED, found, iterations, False
+    for k in range(found):
+        index[row, k] = work.index[k]
+        phi[row, k] = work.w[k]
+    return DONE, found, iterations, False
+
+
+@kernel
+def evaluate_on_hull(cloud, x, p, found, work, row, index, phi, grad_phi):  # type: ignore[no-untyped-def]
+    """The same for a point on the hull: values of the limit, and gradients from a little inside.
+
+    On a face of the hull only the nodes of that face have non-zero functions, and lambda is infinite. The values there
+    are within the tolerance; the gradient exists only as a limit, taken on the way to the middle of the support.
+    """
+    inside = matrix((0.0,), cloud.axes)
+    for d in range(len(cloud.axes)):
+        inside[0, d] = x[p, d]
+    for k in range(found):
+        for d in range(len(cloud.axes)):
+            inside[0, d] += INWARDS / found * work.dx[d, k]
+    status, size, _, again = evaluate_inside(cloud, inside, 0, work, row, index, phi, grad_phi)
+    if status != DONE or again:
+        return (TOO_NARROW if status == TOO_NARROW else FLAT), max(size, found)
+
+    step = vector(cloud.axes)
+    found, reach = gather(cloud, x, p, work)
+    weigh(cloud, found, work)
+    newton(cloud, found, reach, work, step)
+    most = total = 0.0
+    for k in range(found):
+        work.w[k] *= work.e[k]
+        most += work.w[k]
+    for k in range(found):
+        work.w[k] = 0.0 if work.w[k] <= cloud.tolerance * most else work.w[k]
+        total += work.w[k]
+    near = 0
+    for k in range(size):
+        while near < found and work.index[near] < index[row, k]:
+            near += 1
+        same = near < found and work.index[near] == index[row, k]
+        phi[row, k] = work.w[near] / total if same else 0.0
+    return DONE, size
+
+
+@kernel
+def evaluate(cloud, x, first, last, size, index, phi, grad_phi, iterations):  # type: ignore[no-untyped-def]
+    """Store the functions of points ``first <= p < last``; any split into ranges gives the same bits.
+
+    Returns
+    -------
+    status, point, found
+        DONE, or what became of the first point that failed, with the number of nodes around it.
+    """
+    work = make_work(cloud)
+    for p in range(first, last):
+        status, found, steps, on_hull = evaluate_inside(cloud, x, p, work, p, index, phi, grad_phi)
+        if status == DONE and on_hull:
+            status, found = evaluate_on_hull(cloud, x, p, found, work, p, index, phi, grad_phi)
+        iterations[p] = steps
+        if status != DONE:
+            return status, p, found
+        size[p] = found
+    return DONE, -1, 0
+
+
+@kernel
+def widest(cloud, x):  # type: ignore[no-untyped-def]
+    """Largest number of nodes whose supports cover one of the points."""
+    work = make_work(cloud)
+    most = 0
+    for p in range(x.shape[0]):
+        most = max(most, gather(cloud, x, p, work)[0])
+    return most
+
+
+@kernel
+def count_steps(cloud, x, iterations):  # type: ignore[no-untyped-def]
+    """Newton steps at each point until the residual meets the tolerance, -1 where the iteration fails."""
+    work = make_work(cloud)
+    step = vector(cloud.axes)
+    for p in range(x.shape[0]):
+        iterations[p] = -1
+        found, reach = gather(cloud, x, p, work)
+        if found > 0:
+            weigh(cloud, found, work)
+            status, steps, _ = newton(cloud, found, reach, work, step)
+            if status == DONE:
+                iterations[p] = steps
