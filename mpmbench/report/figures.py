@@ -1,0 +1,184 @@
+"""Figures of a study: errors against size, and errors against time. Each function returns a matplotlib figure."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter, NullLocator
+
+from mpmbench.analysis.convergence import OrderEstimate, order_with_interval
+from mpmbench.report import style
+from mpmbench.report.series import Series, Study
+
+LEGEND_LINE = 0.145  # height of one legend entry [in]
+Orders = dict[str, OrderEstimate]
+
+
+def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
+    """Error against the study's axis with fitted orders, slope triangles, predicted floor and crosses for failed runs.
+
+    Parameters
+    ----------
+    quantity : str
+        Name of the error, for example ``error_displacement_rms``.
+    orders : dict
+        Estimates by label of the curve (`series.order_of`).
+
+    Returns
+    -------
+    Figure or None
+        None when no finished run has this error.
+    """
+    shown = [one for one in study.series if len(one.finite(quantity)) or len(_failed(one))]
+    if not any(len(one.finite(quantity)) for one in shown):
+        return None
+    figure, axes = _square(entries=len(shown) + 3)
+    handles: list[Line2D] = []
+    for one in shown:
+        curve = one.finite(quantity).groupby("axis_value", sort=False)[quantity].median()
+        label = one.label
+        if one.label in orders and np.isfinite(orders[one.label].order):
+            label += f": p = {order_with_interval(orders[one.label])}"
+        handles += axes.loglog(curve.index, curve, label=label, **style.line(one.method, one.basis, one.rank))
+        _mark_failed(axes, one)
+    if quantity == "error_displacement_rms" and study.axis.power is not None:
+        handles += _temporal_floor(axes, study)
+    if study.axis.power is not None:
+        _slope_triangles(axes, study, quantity, orders)
+    handles += _failed_handle(study)
+    _ticks_at_values(axes, study.values())
+    axes.set_xlabel(study.axis.label)
+    axes.set_ylabel(quantity_label(study, quantity))
+    _legend_below(figure, handles)
+    return figure
+
+
+def work_precision(study: Study, quantity: str) -> tuple[Figure, bool] | None:
+    """Error against the solver's time, and whether the times are exclusive.
+
+    Only runs that had the machine to themselves are drawn when there are any; otherwise all, marked in the figure.
+    """
+    exclusive = any(len(_timed(one, quantity, True)) for one in study.series)
+    shown = [one for one in study.series if len(_timed(one, quantity, exclusive))]
+    if not shown:
+        return None
+    figure, axes = _square(entries=len(shown))
+    handles = []
+    for one in shown:
+        runs = _timed(one, quantity, exclusive)
+        look = style.line(one.method, one.basis, one.rank)
+        handles += axes.loglog(runs.solver_time, runs[quantity], label=one.label, **look)
+    axes.set_xlabel("solver time [s]")
+    axes.set_ylabel(quantity_label(study, quantity))
+    if not exclusive:
+        axes.text(0.97, 0.97, "machine shared with other runs", transform=axes.transAxes, ha="right", va="top", size=7)
+    _legend_below(figure, handles)
+    return figure, exclusive
+
+
+def quantity_label(study: Study, quantity: str) -> str:
+    """``RMS displacement error [m]`` for an axis or a table."""
+    words = quantity.removesuffix("_relative").removeprefix("error_").removesuffix("_rms").replace("_", " ")
+    is_error = quantity.startswith("error_")
+    if quantity.endswith("_relative"):
+        return f"relative RMS {words} error"
+    unit = study.campaign.units.get(quantity, "")
+    name = f"RMS {words} error" if is_error else study.campaign.names.get(quantity, words)
+    return f"{name} [{unit}]" if unit not in ("", "1") else name
+
+
+def _square(entries: int) -> tuple[Figure, Axes]:
+    """A figure one column wide, with room for a legend of that many entries below."""
+    figure = Figure(figsize=(style.COLUMN, 2.9 + LEGEND_LINE * entries), layout="constrained")
+    return figure, figure.add_subplot()
+
+
+def _legend_below(figure: Figure, handles: list[Line2D]) -> None:
+    figure.legend(handles=handles, loc="outside lower left", ncols=1, labelspacing=0.25, handlelength=2.6)
+
+
+def _timed(one: Series, quantity: str, exclusive: bool) -> "np.ndarray":
+    runs = one.finite(quantity, "solver_time")
+    return runs[runs.timing_context == "exclusive"] if exclusive else runs
+
+
+def _failed(one: Series) -> "np.ndarray":
+    return one.runs[~one.runs.status.isin(["ok", "not_applicable"]) & np.isfinite(one.runs.axis_value)]
+
+
+def _mark_failed(axes: Axes, one: Series) -> None:
+    """Crosses along the upper edge: where a run ended without a result."""
+    values = _failed(one).axis_value
+    if len(values):
+        above = axes.get_xaxis_transform()
+        axes.plot(
+            values, [0.965] * len(values), "x", color=style.colour(one.method), transform=above, ms=5, mew=1.3, zorder=5
+        )
+
+
+def _failed_handle(study: Study) -> list[Line2D]:
+    if not any(len(_failed(one)) for one in study.series):
+        return []
+    return [
+        Line2D([], [], color="#555555", marker="x", linestyle="none", mew=1.3, label="failed (colour of the method)")
+    ]
+
+
+def _temporal_floor(axes: Axes, study: Study) -> list[Line2D]:
+    """The error of the time step alone, as the problem predicts it: a line per time step, or along a swept step."""
+    if "predicted_temporal_floor" not in study.runs:
+        return []
+    runs = study.runs[(study.runs.status == "ok") & (study.runs.predicted_temporal_floor > 0)]
+    runs = runs[np.isfinite(runs.axis_value)] if "axis_value" in runs else runs
+    look = {"color": "#555555", "linestyle": (0, (5, 2)), "linewidth": 0.9}
+    if study.axis.key == "time_step":
+        pairs = runs.drop_duplicates("time_step").sort_values("time_step")
+        if pairs.empty:
+            return []
+        label = "predicted floor of the time step"
+        return axes.loglog(pairs.time_step, pairs.predicted_temporal_floor, label=label, **look)
+    handles = []
+    levels = runs.assign(step=runs.time_step.map("{:.3g}".format)).drop_duplicates(["step"]).sort_values("time_step")
+    for k, (step, floor) in enumerate(zip(levels.step, levels.predicted_temporal_floor, strict=True)):
+        if k == 4:
+            break
+        handle = axes.axhline(floor, label=f"predicted floor of the time step {step} s: {floor:.3g} m", **look)
+        handles.append(handle)
+    return handles
+
+
+def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) -> None:
+    """One triangle for each whole order met, beneath the lowest curve of that order."""
+    lowest: dict[int, tuple[float, np.ndarray, np.ndarray]] = {}
+    for one in study.series:
+        estimate = orders.get(one.label)
+        if estimate is None or not np.isfinite(estimate.order) or estimate.order < 0.5:
+            continue
+        curve = one.finite(quantity).groupby("axis_value")[quantity].median()
+        x, y = curve.index.to_numpy(float), curve.to_numpy(float)
+        coarse_first = np.argsort(x ** (study.axis.power or 1))[::-1]
+        clear = estimate.used & (estimate.floor_share < 0.3)
+        x, y = x[coarse_first][clear], y[coarse_first][clear]
+        whole = round(estimate.order)
+        if len(x) >= 2 and (whole not in lowest or y[0] < lowest[whole][0]):
+            lowest[whole] = (y[0], x, y)
+    for whole, (_, x, y) in sorted(lowest.items()):
+        k = max(0, (len(x) - 2) // 2)
+        power = whole * (study.axis.power or 1)
+        start, end = x[k], x[k + 1]
+        base = y[k] / 2.2
+        tip = base * (end / start) ** power
+        axes.fill([start, end, start], [base, tip, tip], facecolor="#eeeeee", edgecolor="#777777", lw=0.6, zorder=1)
+        middle = np.sqrt(base * tip)
+        side = "right" if end > start else "left"
+        offset = 0.93 if end > start else 1.07
+        axes.text(start * offset, middle, str(whole), ha=side, va="center", size=7, color="#444444")
+
+
+def _ticks_at_values(axes: Axes, values: list[float]) -> None:
+    """Ticks of the swept axis at the values themselves; every second one and so on when they are many."""
+    kept = values[:: max(1, -(-len(values) // 8))]
+    axes.xaxis.set_major_locator(FixedLocator(kept))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_minor_formatter(NullFormatter())

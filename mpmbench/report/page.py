@@ -1,0 +1,249 @@
+"""The report of a campaign: draws its figures, writes its tables, and puts all of it on one page that opens offline."""
+
+import os
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import numpy as np
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from mpmbench.analysis.convergence import INTERVAL_MEANING, OrderEstimate
+from mpmbench.report import figures, profiles, style, tables
+from mpmbench.report.records import Campaign, read_campaign
+from mpmbench.report.series import Study, further_studies, order_of, studies
+from mpmbench.report.tables import Table
+
+ERRORS = ("error_displacement_rms", "error_stress_rms")
+FORMATS: dict[str, dict[str, Any]] = {
+    "svg": {"metadata": {"Date": None}},
+    "pdf": {"metadata": {"CreationDate": None}},
+    "png": {"metadata": {"Software": None}},
+}
+MANIFEST = "files.txt"
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure on the page: its file stem, its drawing and what the reader should know about it."""
+
+    name: str
+    title: str
+    caption: str
+    svg: Markup
+
+
+@dataclass
+class Section:
+    """Figures and tables of one problem."""
+
+    title: str
+    study: Study
+    pictures: list[Picture] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+def build(results: Path, output: Path | None = None) -> Path:
+    """Write the report of a campaign and return its page.
+
+    Parameters
+    ----------
+    results : Path
+        Folder of result files.
+    output : Path, optional
+        Where the report goes; ``<results>/report`` by default.
+
+    Returns
+    -------
+    Path
+        ``index.html``; figures (SVG, PDF, PNG) and tables (CSV, Markdown, LaTeX) are in the folders beside it.
+
+    Raises
+    ------
+    FileNotFoundError
+        When there is no result file.
+    """
+    campaign = read_campaign(Path(results))
+    target = Path(output) if output is not None else campaign.folder / "report"
+    writer = Writer(target)
+    with style.applied():
+        sections = [_section(study, writer) for study in studies(campaign)]
+        for study in further_studies(campaign):
+            section = next(one for one in sections if one.study.problem == study.problem)
+            _further(section, study, writer)
+    for section in sections:
+        for table in section.tables:
+            writer.table(table)
+    page = writer.text("index.html", _render(campaign, sections))
+    writer.finish()
+    return page
+
+
+class Writer:
+    """Writes the files of a report, each in one move, and removes what an earlier report wrote and this one did not."""
+
+    def __init__(self, target: Path) -> None:
+        self.target = target
+        self.written: list[str] = []
+        for folder in ("figures", "tables"):
+            (target / folder).mkdir(parents=True, exist_ok=True)
+
+    def text(self, name: str, content: str) -> Path:
+        """Write one text file."""
+        return self._place(name, lambda file: file.write_text(content, encoding="utf-8"))
+
+    def table(self, table: Table) -> None:
+        """Write a table as CSV, Markdown and LaTeX."""
+        for suffix, content in (("csv", table.csv()), ("md", table.markdown()), ("tex", table.latex())):
+            self.text(f"tables/{table.name}.{suffix}", content)
+
+    def picture(self, name: str, title: str, caption: str, figure: Figure) -> Picture:
+        """Save a figure as SVG, PDF and PNG, and return it for the page."""
+        for suffix, options in FORMATS.items():
+            place = f"figures/{name}.{suffix}"
+            self._place(place, lambda file, kind=suffix, more=options: figure.savefig(file, format=kind, **more))
+            if suffix == "svg":  # laid out once; the other formats need not do it again
+                figure.set_layout_engine("none")
+        drawing = (self.target / "figures" / f"{name}.svg").read_text(encoding="utf-8")
+        return Picture(name, title, caption, inline_svg(drawing, name))
+
+    def finish(self) -> None:
+        """Remove the files of the last report that this one no longer has."""
+        manifest = self.target / MANIFEST
+        before = manifest.read_text(encoding="utf-8").splitlines() if manifest.exists() else []
+        for name in set(before) - set(self.written):
+            place = (self.target / name).resolve()
+            if place.is_relative_to(self.target.resolve()):
+                place.unlink(missing_ok=True)
+        self.text(MANIFEST, "\n".join(sorted(self.written)) + "\n")
+
+    def _place(self, name: str, write: Any) -> Path:
+        final = self.target / name
+        unfinished = final.with_name(f".{final.name}.{os.getpid()}")
+        try:
+            write(unfinished)
+            os.replace(unfinished, final)
+        finally:
+            unfinished.unlink(missing_ok=True)
+        self.written.append(name)
+        return final
+
+
+def inline_svg(drawing: str, name: str) -> Markup:
+    """An SVG file as a part of a page: no XML head, fluid width, identifiers that differ from those of other figures."""
+    drawing = drawing[drawing.index("<svg") :]
+    drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
+    drawing = re.sub(r'\bid="', f'id="{name}-', drawing)
+    drawing = re.sub(r'href="#', f'href="#{name}-', drawing)
+    drawing = drawing.replace("url(#", f"url(#{name}-")
+    width = re.search(r'viewBox="0 0 ([\d.]+) ', drawing)
+    shown = f'style="width:100%;max-width:{1.55 * float(width.group(1)):.0f}px"' if width else ""
+    return Markup(
+        re.sub(
+            r'<svg ([^>]*?)width="[^"]*"',
+            rf"<svg {shown} \1",
+            re.sub(r'(<svg [^>]*?)height="[^"]*"', r"\1", drawing, count=1),
+            count=1,
+        )
+    )
+
+
+def _section(study: Study, writer: Writer) -> Section:
+    """Figures and tables of one problem along its main axis."""
+    section = Section(study.problem.replace("_", " "), study)
+    estimates = _estimates(study)
+    for quantity in ERRORS:
+        _add_convergence(section, study, quantity, estimates.get(quantity, {}), writer)
+    drawn = figures.work_precision(study, ERRORS[0])
+    if drawn is not None:
+        figure, exclusive = drawn
+        caption = "Error against the time of the solver, compiling excluded."
+        if not exclusive:
+            caption += " These runs shared the machine with others: the times are only indicative."
+        section.pictures.append(
+            writer.picture(f"{study.problem}-work_precision", "Work and precision", caption, figure)
+        )
+    _add_fields(section, study, writer)
+
+    found = [tables.orders(study, estimates), *(tables.errors(study, quantity) for quantity in ERRORS)]
+    timing = tables.timings(study)
+    if timing is None and (study.runs.status == "ok").any():
+        section.notes.append("No timing table: no run had the machine to itself (timing=exclusive).")
+    found += [timing, tables.failures(study), tables.all_runs(study)]
+    section.tables += [table for table in found if table is not None]
+    return section
+
+
+def _further(section: Section, study: Study, writer: Writer) -> None:
+    """Errors along another swept key."""
+    estimates = _estimates(study)
+    for quantity in ERRORS:
+        _add_convergence(section, study, quantity, estimates.get(quantity, {}), writer)
+        table = tables.errors(study, quantity)
+        if table is not None:
+            section.tables.insert(-1, table)
+
+
+def _estimates(study: Study) -> dict[str, dict[str, OrderEstimate]]:
+    """Orders by quantity and by curve."""
+    found: dict[str, dict[str, OrderEstimate]] = {}
+    for quantity in ERRORS:
+        orders = {one.label: order_of(study, one, quantity) for one in study.series if len(one.finite(quantity))}
+        found[quantity] = {label: order for label, order in orders.items() if order is not None}
+    return {quantity: orders for quantity, orders in found.items() if orders}
+
+
+def _add_convergence(
+    section: Section, study: Study, quantity: str, orders: dict[str, OrderEstimate], writer: Writer
+) -> None:
+    figure = figures.convergence(study, quantity, orders)
+    if figure is None:
+        return
+    what = quantity.removeprefix("error_").removesuffix("_rms")
+    axis = study.axis.key.split(".")[-1]
+    title = f"{what.capitalize()} error" + ("" if axis == "resolution" else f" against {axis.replace('_', ' ')}")
+    caption = "Orders p with 95 % intervals; triangles show whole orders." if orders else ""
+    if any((study.runs.status != "ok") & (study.runs.status != "not_applicable")):
+        caption += " Crosses: runs that failed; they enter no fit."
+    stem = f"{study.problem}-convergence_{what}" + ("" if axis == "resolution" else f"-{axis}")
+    section.pictures.append(writer.picture(stem, title, caption.strip(), figure))
+
+
+def _add_fields(section: Section, study: Study, writer: Writer) -> None:
+    value, fields = profiles.final_fields(study)
+    if not fields:
+        return
+    place = f"{value:g} {study.axis.unit}" if np.isfinite(value) else "the only size"
+    exact = any(one.exact is not None for one in fields)
+    caption = f"Particles at the end of the run, {place}" + ("; black: exact solution." if exact else ".")
+    if fields[0].position.shape[1] > 1:
+        caption += " The row of particles nearest the middle."
+    figure = profiles.stress_profile(fields)
+    if figure is not None:
+        section.pictures.append(writer.picture(f"{study.problem}-stress_profile", "Final stress", caption, figure))
+    figure = profiles.particle_map(fields)
+    if figure is not None:
+        caption = f"Particles where they are at the end, coloured by their stress, {place}."
+        section.pictures.append(writer.picture(f"{study.problem}-particle_map", "Particle map", caption, figure))
+
+
+def _render(campaign: Campaign, sections: list[Section]) -> str:
+    loader = jinja2.PackageLoader("mpmbench.report", package_path="")
+    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    counts = campaign.runs.status.value_counts().sort_index().to_dict() if len(campaign.runs) else {}
+    origin = {
+        key: sorted({str(value) for value in campaign.provenance[key].dropna()}) for key in sorted(campaign.provenance)
+    }
+    return environment.get_template("page.html.jinja").render(
+        title=campaign.folder.resolve().name,
+        counts=counts,
+        total=len(campaign.runs),
+        unreadable=campaign.unreadable,
+        sections=sections,
+        provenance=origin,
+        interval_meaning=INTERVAL_MEANING,
+    )

@@ -1,0 +1,184 @@
+"""Fields at the end of a run: stress along a line of particles against the exact solution, and maps of particles."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mpmbench.report import style
+from mpmbench.report.series import Series, Study
+
+MOST_PANELS = 16
+MOST_PARTICLES = 20000  # of all panels together, for the choice of the resolution
+VECTOR_POINTS = 3000  # more points than this are drawn as an image inside the figure
+FIELDS = ("position", "position_initial", "stress", "stress_exact")
+
+
+@dataclass(frozen=True)
+class Field:
+    """The last snapshot of one run.
+
+    Attributes
+    ----------
+    label, file : str
+        Curve and result file.
+    series : Series
+    position, initial : ndarray
+        Particle positions now and at the start [m], shape (P, dim).
+    stress : ndarray
+        Stress component 11 [Pa], shape (P,).
+    exact : ndarray or None
+        The same of the exact solution.
+    """
+
+    label: str
+    file: str
+    series: Series
+    position: np.ndarray
+    initial: np.ndarray
+    stress: np.ndarray
+    exact: np.ndarray | None
+
+
+def final_fields(study: Study) -> tuple[float, list[Field]]:
+    """Last snapshots at the finest value that most curves share, and that value.
+
+    Failed runs and files without snapshots are left out.
+    """
+    finest: dict[float, list[tuple[Series, str, float]]] = {}
+    for one in study.series:
+        for file, row in one.ok.drop_duplicates("axis_value").iterrows():
+            particles = float(row.get("n_particles", 0.0))
+            finest.setdefault(float(row.axis_value), []).append((one, str(file), particles))
+    if not finest:
+        return float("nan"), []
+    power = study.axis.power or -1
+    affordable = {v: g for v, g in finest.items() if sum(p for *_, p in g if np.isfinite(p)) <= MOST_PARTICLES}
+    choice = affordable or {min(finest): finest[min(finest)]}
+    most = max(len(group) for group in choice.values())
+    value = min((v for v, group in choice.items() if len(group) == most), key=lambda v: v**power)
+    fields = [_field(study, one, file) for one, file, _ in choice[value][:MOST_PANELS]]
+    return value, [field for field in fields if field is not None]
+
+
+def _field(study: Study, one: Series, file: str) -> Field | None:
+    found = study.campaign.variables(file, FIELDS)
+    if "position" not in found or "stress" not in found or not len(found["stress"]):
+        return None
+    position, stress = _matrix(found["position"][-1]), _component(found["stress"][-1])
+    if not np.all(np.isfinite(position)) or len(position) != len(stress):
+        return None
+    initial = _matrix(found["position_initial"]) if "position_initial" in found else position
+    exact = _component(found["stress_exact"][-1]) if "stress_exact" in found else None
+    return Field(one.label, file, one, position, initial, stress, exact)
+
+
+def _matrix(values: np.ndarray) -> np.ndarray:
+    return values[:, None] if values.ndim == 1 else values
+
+
+def _component(stress: np.ndarray) -> np.ndarray:
+    """Component 11 of stresses of shape (P,), (P, dim) or (P, dim, dim)."""
+    return stress.reshape(len(stress), -1)[:, 0]
+
+
+def line_of_particles(initial: np.ndarray) -> np.ndarray:
+    """Particles of the row nearest the middle of the body, as numbers sorted along the first axis.
+
+    Parameters
+    ----------
+    initial : ndarray
+        Positions before the motion [m], shape (P, dim). Where particles form no rows, a band of one mean spacing.
+    """
+    inside = np.ones(len(initial), bool)
+    for d in range(1, initial.shape[1]):
+        coordinate = initial[:, d]
+        middle = 0.5 * (coordinate.min() + coordinate.max())
+        extent = np.ptp(initial, axis=0)
+        spacing = float(np.prod(extent[extent > 0]) / len(initial)) ** (1.0 / max(1, int((extent > 0).sum())))
+        nearest = coordinate[np.argmin(np.abs(coordinate - middle))]
+        row = np.abs(coordinate - nearest) < 1e-6 * max(spacing, 1e-300)
+        inside &= row if row.sum() >= 0.5 * extent[0] / spacing else np.abs(coordinate - middle) <= 0.5 * spacing
+    chosen = np.flatnonzero(inside)
+    return chosen[np.argsort(initial[chosen, 0], kind="stable")]
+
+
+def stress_profile(fields: list[Field]) -> Figure | None:
+    """Stress along the first axis, one panel per curve: particles in colour, the exact solution in black."""
+    if not fields:
+        return None
+    figure, panels = _panels(len(fields), height=1.25, sharey=True)
+    points = sum(len(field.stress) for field in fields)
+    for field, axes in zip(fields, panels, strict=False):
+        row = line_of_particles(field.initial)
+        x = field.position[row, 0]
+        if field.exact is not None:
+            axes.plot(x, field.exact[row], label="exact", **style.EXACT)
+        axes.plot(
+            *(x, field.stress[row], "."),
+            color=style.colour(field.series.method),
+            ms=2.2,
+            mew=0,
+            rasterized=points > VECTOR_POINTS,
+        )
+        axes.set_title(field.label, pad=3, size=7)
+    figure.supxlabel("position $x_1$ [m]", size=8)
+    figure.supylabel(r"stress $\sigma_{11}$ [Pa]", size=8)
+    return figure
+
+
+def particle_map(fields: list[Field]) -> Figure | None:
+    """Particles of two-dimensional runs (of a slice, in 3D), coloured by their stress, one panel per curve."""
+    fields = [field for field in fields if field.position.shape[1] >= 2]
+    if not fields:
+        return None
+    figure, panels = _panels(len(fields), height=1.45, sharey=True)
+    every = np.concatenate([field.stress if field.exact is None else field.exact for field in fields])
+    low, high = float(every.min()), float(every.max())
+    crossing_zero = low < 0 < high
+    if crossing_zero:
+        low, high = -max(-low, high), max(-low, high)
+    drawn = None
+    for field, axes in zip(fields, panels, strict=False):
+        slab = _slice(field.initial)
+        drawn = axes.scatter(
+            field.position[slab, 0],
+            field.position[slab, 1],
+            c=field.stress[slab],
+            s=max(0.15, min(6.0, 4000.0 / len(slab))),
+            cmap="RdBu_r" if crossing_zero else "viridis",
+            vmin=low,
+            vmax=high,
+            linewidths=0,
+            rasterized=True,
+        )
+        axes.set_aspect("equal")
+        axes.set_title(field.label, pad=3, size=7)
+        axes.grid(False)
+    bar = figure.colorbar(drawn, ax=list(panels), shrink=0.8, aspect=30, location="bottom", extend="both")
+    bar.set_label(r"stress $\sigma_{11}$ [Pa]")
+    figure.supxlabel("position $x_1$ [m]", size=8)
+    figure.supylabel("position $x_2$ [m]", size=8)
+    return figure
+
+
+def _slice(initial: np.ndarray) -> np.ndarray:
+    """All particles in 2D; those within half a spacing of the middle plane of the third axis in 3D."""
+    if initial.shape[1] < 3:
+        return np.arange(len(initial))
+    z = initial[:, 2]
+    spacing = (np.prod(np.ptp(initial, axis=0)) / len(initial)) ** (1.0 / 3.0)
+    return np.flatnonzero(np.abs(z - 0.5 * (z.min() + z.max())) <= 0.5 * spacing)
+
+
+def _panels(count: int, height: float, sharey: bool) -> tuple[Figure, list[Axes]]:
+    """A figure one column wide with panels two abreast."""
+    columns = min(2, count)
+    rows = -(-count // columns)
+    figure = Figure(figsize=(style.COLUMN, 0.45 + height * rows), layout="constrained")
+    grid = figure.subplots(rows, columns, sharex=True, sharey=sharey, squeeze=False)
+    panels = list(grid.ravel())
+    for empty in panels[count:]:
+        empty.remove()
+    return figure, panels[:count]

@@ -1,0 +1,140 @@
+"""What a folder of result files holds, as tables: one row per file, read without running anything."""
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+ATTRIBUTES = ("status", "problem", "method", "basis", "material", "mass", "timing_context", "reason", "config_hash")
+NUMBERS = ("resolution", "time_step", "particles_per_cell")
+BOOKKEEPING = {  # keys that say where, when and how patiently something ran, not what was computed
+    *("output_dir", "campaign", "on_error", "rerun", "timing", "report", "experiments", "config_hash"),
+    *(f"{kind}{name}" for kind in ("method", "basis", "problem") for name in ("", ".name", "._name_")),
+}
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """The result files of one folder.
+
+    Attributes
+    ----------
+    folder : Path
+    runs : DataFrame
+        One row per readable file, index its name: the attributes of `ATTRIBUTES` and `NUMBERS`, and all scalars.
+    settings : DataFrame
+        The configuration of each run, keys joined by dots (``method.mass``), bookkeeping left out; same index.
+    units, names : dict
+        Units and long names of the scalars.
+    provenance : DataFrame
+        Versions, commit and machine of each run; same index.
+    unreadable : dict
+        Reason by name of each file that is no result file.
+    """
+
+    folder: Path
+    runs: pd.DataFrame
+    settings: pd.DataFrame
+    units: dict[str, str]
+    names: dict[str, str]
+    provenance: pd.DataFrame
+    unreadable: dict[str, str]
+
+    def variables(self, file: str, wanted: Iterable[str]) -> dict[str, np.ndarray]:
+        """Those of the wanted variables that the file has, loaded; snapshots keep their first axis."""
+        with open_result(self.folder / file) as dataset:
+            return {name: dataset[name].values for name in wanted if name in dataset}
+
+
+def open_result(file: Path) -> xr.Dataset:
+    """One result file, opened lazily; times stay numbers in seconds."""
+    return xr.open_dataset(file, engine="netcdf4", decode_times=False, decode_timedelta=False, cache=False)
+
+
+def read_campaign(folder: Path) -> Campaign:
+    """Read all result files of a folder.
+
+    Raises
+    ------
+    FileNotFoundError
+        When there is no such folder or no result file in it; the message says where there are some.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise FileNotFoundError(f"{folder} is not a folder with result files")
+    files = sorted(file for file in folder.glob("*.nc") if not file.name.startswith("."))
+    if not files:
+        nearby = sorted({file.parent.name for file in folder.glob("*/*.nc")})
+        hint = f"; there are some in {', '.join(nearby)}" if nearby else ""
+        raise FileNotFoundError(f"{folder} has no result files (*.nc){hint}")
+
+    rows, settings, provenance = {}, {}, {}
+    units: dict[str, str] = {}
+    names: dict[str, str] = {}
+    unreadable: dict[str, str] = {}
+    for file in files:
+        try:
+            with open_result(file) as dataset:
+                row, config = _row(dataset, units, names)
+                origin = {key: value for key, value in dataset.attrs.items() if _is_provenance(key)}
+        except (OSError, ValueError, KeyError, RuntimeError) as error:
+            unreadable[file.name] = str(error).splitlines()[0] if str(error) else type(error).__name__
+            continue
+        rows[file.name], settings[file.name], provenance[file.name] = row, config, origin
+    runs = pd.DataFrame.from_dict(rows, orient="index", columns=_columns(rows.values()))
+    configurations = pd.DataFrame.from_dict(settings, orient="index", columns=_columns(settings.values()), dtype=object)
+    origins = pd.DataFrame.from_dict(provenance, orient="index", columns=_columns(provenance.values()), dtype=object)
+    return Campaign(folder, runs, configurations, units, names, origins, unreadable)
+
+
+def _columns(rows: Iterable[dict[str, Any]]) -> list[str]:
+    return list(dict.fromkeys(key for row in rows for key in row))
+
+
+def _row(dataset: xr.Dataset, units: dict[str, str], names: dict[str, str]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Attributes and scalars of one file, and its flattened configuration."""
+    attributes = dataset.attrs
+    if "status" not in attributes:
+        raise ValueError("no attribute 'status': not a result file of mpmbench")
+    row: dict[str, Any] = {key: str(attributes.get(key, "")) for key in ATTRIBUTES}
+    row |= {key: _number(attributes.get(key)) for key in NUMBERS}
+    for name, variable in dataset.data_vars.items():
+        if variable.ndim == 0 and np.issubdtype(variable.dtype, np.number):
+            row[str(name)] = float(variable.values)
+            units.setdefault(str(name), str(variable.attrs.get("units", "")))
+            names.setdefault(str(name), str(variable.attrs.get("long_name", str(name).replace("_", " "))))
+    config = flatten(json.loads(attributes.get("config", "{}")))
+    return row, {key: value for key, value in config.items() if not _is_bookkeeping(key)} | {
+        "material": row["material"]
+    }
+
+
+def flatten(config: dict[str, Any], above: str = "") -> dict[str, Any]:
+    """Nested settings as one level, keys joined by dots; lists become text so that they can be compared."""
+    flat: dict[str, Any] = {}
+    for key, value in config.items():
+        if isinstance(value, dict):
+            flat |= flatten(value, f"{above}{key}.")
+        else:
+            flat[above + key] = str(value) if isinstance(value, list) else value
+    return flat
+
+
+def _number(value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return float("nan")
+
+
+def _is_bookkeeping(key: str) -> bool:
+    return key in BOOKKEEPING or key.startswith(("limits.", "hydra.")) or key in ("material.name", "material._name_")
+
+
+def _is_provenance(key: str) -> bool:
+    return key in ("git_commit", "git_dirty", "python", "host", "cpu", "threads") or key.endswith("version")

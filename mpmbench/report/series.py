@@ -1,0 +1,223 @@
+"""Runs of one problem sorted into curves: along which key they are swept, and what tells one curve from another."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from mpmbench.analysis.convergence import OrderEstimate, estimate_order
+from mpmbench.report.records import Campaign
+
+PREFERRED_AXES = ("resolution", "time_step", "particles_per_cell")
+UNITS = {
+    "time_step": "s",
+    "end_time": "s",
+    "velocity_amplitude": "m/s",
+    "displacement_amplitude": "m",
+    "young_modulus": "Pa",
+    "density": "kg/m³",
+}
+METHOD_NAMES = {"mpm": "MPM", "otm": "OTM", "implicit_mpm": "implicit MPM", "gmm": "GMM", "fem": "FEM", "sph": "SPH"}
+BASIS_NAMES = {"bspline": "B-spline", "maxent": "max-ent", "lme": "LME", "mls": "MLS"}
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The key along which runs are swept.
+
+    Attributes
+    ----------
+    key : str
+        ``resolution``, ``time_step`` or any other numeric key.
+    label, unit : str
+        For the axis of a figure, and for a verdict ("over 8..32 cells").
+    power : int or None
+        The size that goes to zero is ``value**power``; None when an order makes no sense along this key.
+    """
+
+    key: str
+    label: str
+    unit: str
+    power: int | None
+
+
+@dataclass(frozen=True)
+class Series:
+    """One curve: one method, basis and variant; its runs sorted from coarse to fine.
+
+    Attributes
+    ----------
+    method, basis : str
+        Registered names.
+    variant : tuple of (key, value)
+        Further keys that tell this curve from others.
+    rank : int
+        Number of the variant among those of the same method and basis (for line styles).
+    label : str
+        How a legend calls it.
+    runs : DataFrame
+        Rows of `Campaign.runs`, any status, with the column ``axis_value``.
+    """
+
+    method: str
+    basis: str
+    variant: tuple[tuple[str, Any], ...]
+    rank: int
+    label: str
+    runs: pd.DataFrame
+
+    @property
+    def ok(self) -> pd.DataFrame:
+        """The finished runs: the only ones that enter curves, fits and timings."""
+        return self.runs[self.runs.status == "ok"]
+
+    def finite(self, *quantities: str) -> pd.DataFrame:
+        """Finished runs in which all these quantities are positive numbers."""
+        runs = self.ok
+        for name in quantities:
+            values = runs[name] if name in runs else pd.Series(np.nan, runs.index)
+            runs = runs[np.isfinite(values) & (values > 0)]
+        return runs
+
+
+@dataclass(frozen=True)
+class Study:
+    """All runs of one problem along one axis."""
+
+    problem: str
+    campaign: Campaign
+    runs: pd.DataFrame
+    axis: Axis
+    series: list[Series]
+
+    def values(self) -> list[float]:
+        """All values along the axis, coarse to fine."""
+        values = sorted({float(v) for one in self.series for v in one.runs.axis_value if np.isfinite(v)})
+        return values[::-1] if self.axis.power == 1 else values
+
+
+def studies(campaign: Campaign) -> list[Study]:
+    """One study for each problem, along its main axis."""
+    problems = sorted(set(campaign.runs.problem)) if len(campaign.runs) else []
+    return [study for problem in problems for study in _studies_of_problem(campaign, problem)[:1]]
+
+
+def further_studies(campaign: Campaign) -> list[Study]:
+    """Studies along the other numeric keys that some curve sweeps with at least three values."""
+    problems = sorted(set(campaign.runs.problem)) if len(campaign.runs) else []
+    return [study for problem in problems for study in _studies_of_problem(campaign, problem)[1:]]
+
+
+def _studies_of_problem(campaign: Campaign, problem: str) -> list[Study]:
+    runs = campaign.runs[campaign.runs.problem == problem]
+    settings = campaign.settings.loc[runs.index].copy()
+    for key in PREFERRED_AXES:  # what was used, not what was asked for (`auto`)
+        if key in settings and runs[key].notna().all():
+            settings[key] = runs[key]
+    varying = _varying_keys(runs, settings)
+    numeric = [key for key in varying if pd.to_numeric(settings[key], errors="coerce").notna().any()]
+    numeric = [key for key in numeric if not settings[key].map(lambda value: isinstance(value, bool)).any()]
+    candidates = [key for key in PREFERRED_AXES if key in numeric]
+    candidates += sorted((k for k in numeric if k not in PREFERRED_AXES), key=lambda k: (-settings[k].nunique(), k))
+    if not candidates:
+        settings["resolution"] = runs.resolution
+        candidates = ["resolution"]
+    main = _study(campaign, problem, runs, settings, varying, candidates[0])
+    others = [_study(campaign, problem, runs, settings, varying, key) for key in candidates[1:]]
+    return [main, *(study for study in others if any(one.runs.axis_value.nunique() >= 3 for one in study.series))]
+
+
+def _varying_keys(runs: pd.DataFrame, settings: pd.DataFrame) -> list[str]:
+    """Keys with more than one value among the runs of some method and basis."""
+    groups = [list(group.index) for _, group in runs.groupby(["method", "basis"], sort=True)]
+    keys = [key for key in settings if any(settings.loc[group, key].map(repr).nunique() > 1 for group in groups)]
+    return sorted(keys, key=lambda key: (key.split(".")[0] == "material", key))
+
+
+def _study(
+    campaign: Campaign, problem: str, runs: pd.DataFrame, settings: pd.DataFrame, varying: list[str], along: str
+) -> Study:
+    """Split the runs into curves along one key.
+
+    A key names a curve only where it tells runs apart that agree in everything before: a time step that goes with the
+    resolution, or the parameters that go with a material, do not split curves.
+    """
+    runs = runs.assign(axis_value=pd.to_numeric(settings[along], errors="coerce"))
+    parts = pd.DataFrame({"method": runs.method, "basis": runs.basis, "axis": runs.axis_value.map(repr)})
+    kept: list[str] = []
+    ordered = sorted((key for key in varying if key != along), key=lambda key: key in PREFERRED_AXES)
+    for key in ordered:
+        finer = parts.assign(**{key: settings[key].map(repr)})
+        if len(finer.drop_duplicates()) > len(parts.drop_duplicates()):
+            parts, kept = finer, [*kept, key]
+
+    series: list[Series] = []
+    for (method, basis), pair in runs.groupby(["method", "basis"], sort=True):
+        local = [key for key in kept if settings.loc[pair.index, key].map(repr).nunique() > 1]
+        variants: dict[tuple[tuple[str, Any], ...], list[str]] = {}
+        for file in pair.index:
+            variants.setdefault(tuple((key, settings.at[file, key]) for key in local), []).append(str(file))
+        power = _axis(along).power
+        for rank, variant in enumerate(sorted(variants, key=_sortable)):
+            members = runs.loc[variants[variant]].sort_values("axis_value", ascending=power != 1, kind="stable")
+            label = ", ".join([series_name(method, basis), *(setting_name(key, value) for key, value in variant)])
+            series.append(Series(method, basis, variant, rank, label, members))
+    return Study(problem, campaign, runs, _axis(along), series)
+
+
+def _sortable(variant: tuple[tuple[str, Any], ...]) -> tuple[Any, ...]:
+    return tuple(
+        (not isinstance(v, (int, float)), v if isinstance(v, (int, float)) else 0.0, str(v)) for _, v in variant
+    )
+
+
+def _axis(key: str) -> Axis:
+    if key == "resolution":
+        return Axis(key, "cells along the reference length", "cells", -1)
+    name = key.split(".")[-1].replace("_", " ")
+    unit = UNITS.get(key.split(".")[-1], "")
+    label = f"{name} [{unit}]" if unit else name
+    return Axis(key, label, unit or name, 1 if key == "time_step" else None)
+
+
+def series_name(method: str, basis: str) -> str:
+    """``OTM, max-ent`` for ``otm`` and ``maxent``; a plug-in's own name otherwise."""
+    return f"{METHOD_NAMES.get(method, method.replace('_', ' '))}, {BASIS_NAMES.get(basis, basis.replace('_', ' '))}"
+
+
+def setting_name(key: str, value: Any) -> str:
+    """``degree 3``, ``time step 1e-05 s``, ``mass consistent``."""
+    last = key.split(".")[-1]
+    if value is None or (isinstance(value, float) and np.isnan(value)):
+        text = "default"
+    elif isinstance(value, bool):
+        text = "on" if value else "off"
+    else:
+        text = f"{value:g}" if isinstance(value, (int, float)) else str(value)
+    unit = f" {UNITS[last]}" if last in UNITS and text != "default" else ""
+    return f"{last.replace('_', ' ')} {text}{unit}"
+
+
+def floor_of(series: Series) -> float | None:
+    """The predicted temporal floor when all finished runs agree on one."""
+    if "predicted_temporal_floor" not in series.ok:
+        return None
+    values = series.ok.predicted_temporal_floor.dropna()
+    return float(values.iloc[0]) if len(values) and np.allclose(values, values.iloc[0], rtol=1e-6, atol=0.0) else None
+
+
+def order_of(study: Study, series: Series, quantity: str) -> OrderEstimate | None:
+    """The order of one curve; None along a key that has no order. Failed runs never enter."""
+    if study.axis.power is None:
+        return None
+    errors = series.finite(quantity).groupby("axis_value")[quantity].median()
+    values = errors.index.to_numpy(float)
+    return estimate_order(
+        values**study.axis.power,
+        errors.to_numpy(float),
+        labels=[f"{value:g}" for value in values],
+        label_unit=study.axis.unit,
+        error_unit=study.campaign.units.get(quantity, ""),
+        predicted_floor=floor_of(series) if quantity == "error_displacement_rms" and study.axis.power == -1 else None,
+    )
