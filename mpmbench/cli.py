@@ -1,0 +1,229 @@
+"""The command line: one run, a sweep, or a command. Nothing heavy is imported before it is needed.
+
+Exit codes: 0 all runs are fine, 1 some run failed, 2 bad input.
+"""
+
+import importlib
+import os
+import signal
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from mpmbench import __version__
+from mpmbench.runs.arguments import split
+from mpmbench.runs.schema import BadInput, experiments, options, read_yaml, shipped_folder
+
+# A new command is one entry: its function takes the remaining arguments, returns the exit code, and is imported on use.
+VERBS = {
+    "list": ("mpmbench.runs.listing:main", "[NAME]", "what there is, or what applies to one problem"),
+    "status": ("mpmbench.runs.status:main", "[RESULTS | KEY=VALUE...]", "what is finished, stale, failed or missing"),
+    "report": ("mpmbench.runs.reporting:main", "RESULTS", "write the report of a folder of results"),
+    "warmup": ("mpmbench.runs.warmup:main", "[KEY=VALUE...]", "compile the kernels that a sweep needs beforehand"),
+}
+
+HELP = """\
+mpmbench: particle methods of solid mechanics on the same problem, the same particles and the same norm.
+
+  python -m mpmbench KEY=VALUE...               one run
+  python -m mpmbench -m KEY=VALUE,VALUE...      all combinations
+  python -m mpmbench experiments=NAME           an experiment: {experiments}
+{verbs}
+
+Choices
+{options}
+
+Keys, with their defaults (null: the problem brings a value) and units
+{keys}
+Keys below a choice, such as basis.d_max or material.young_modulus, stand in conf/<choice>/<name>.yaml; --cfg job prints
+all values of a run without running it. Exit codes: 0 fine, 1 some run failed, 2 bad input.
+"""
+_started = time.perf_counter()
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Do what the command line says and return the exit code."""
+    global _started
+    _started = time.perf_counter()
+    arguments = sys.argv[1:] if arguments is None else arguments
+    if sys.platform == "win32":
+        print("mpmbench runs on Linux and macOS; on Windows, use it inside WSL.", file=sys.stderr)
+        return 2
+    try:
+        return dispatch(arguments)
+    except BadInput as error:
+        print(f"mpmbench: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("mpmbench: interrupted; the same command completes what is missing", file=sys.stderr)
+        return 1
+    except BrokenPipeError:  # for example `| head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+
+
+def dispatch(arguments: list[str]) -> int:
+    """Find out what is wanted."""
+    if "--help" in arguments or "-h" in arguments:
+        print(help_text())
+        return 0
+    if "--version" in arguments:
+        print(__version__)
+        return 0
+    if arguments and arguments[0] in VERBS:
+        module, _, function = VERBS[arguments[0]][0].partition(":")
+        return int(getattr(importlib.import_module(module), function)(arguments[1:]))
+    flags, pairs = split(arguments, list(VERBS))
+    if flags in (["--cfg", "job"], ["-c", "job"], ["--cfg=job"]):
+        return show_configuration(pairs)
+    return run(flags, pairs)
+
+
+def help_text() -> str:
+    """What ``--help`` prints."""
+    lines = (shipped_folder("conf") / "config.yaml").read_text(encoding="utf-8").split("# The discretisation\n")[1]
+    return HELP.format(
+        experiments=", ".join(experiments()),
+        verbs="\n".join(f"  python -m mpmbench {f'{verb} {what}'.ljust(30)} {text}" for verb, (_, what, text) in VERBS.items()),
+        options="\n".join(f"  {group}=".ljust(14) + ", ".join(options(group)) for group in ("method", "basis", "material", "problem")),
+        keys="".join(f"  {line}\n" if line else "" for line in lines.split("\n# For experiments")[0].splitlines()),
+    )
+
+
+def show_configuration(pairs: list[str]) -> int:
+    """Print the configuration of a run, as it would be used."""
+    from hydra import compose as hydra_compose
+    from hydra import initialize_config_dir
+    from omegaconf import OmegaConf
+
+    def show() -> None:
+        with initialize_config_dir(str(shipped_folder("conf")), version_base="1.3"):
+            composed = hydra_compose("config", pairs, return_hydra_config=True)
+        config, reason = compose.resolved(composed)
+        if reason:
+            raise BadInput(reason)
+        print(OmegaConf.to_yaml(config), end="")
+
+    from mpmbench.runs import compose
+
+    with_hydra(show, pairs)
+    return 0
+
+
+def run(flags: list[str], pairs: list[str]) -> int:
+    """One run or a sweep."""
+    from mpmbench.runs import isolation
+
+    running = not any(flag.split("=")[0] in ("--cfg", "-c", "--info", "-i", "-sc", "--shell-completion", "--hydra-help") for flag in flags)
+    if running:
+        isolation.warm_up()  # loads its libraries while we compose the configuration
+    from mpmbench.runs import compose, display, reporting, sweep
+
+    many = wants_many(flags, pairs)
+    if many and running:
+        pairs = with_hydra(lambda: compose.as_sweep(pairs), pairs)
+        compose.announce = lambda plan: print(display.plan_line(plan), flush=True)
+    interrupted = False
+    with tempfile.TemporaryDirectory(prefix="mpmbench-") as ledger, terminated_like_interrupted():
+        os.environ["MPMBENCH_LEDGER"] = ledger
+        try:
+            with_hydra(lambda: call_hydra([*flags, *pairs]), pairs)
+        except compose.NothingToRun:
+            pass
+        except KeyboardInterrupt:
+            interrupted = True
+        records, plan = sweep.records(), sweep.read_plan()
+    failed = [record for record in records if record.failed]
+    if plan is not None:
+        failed += [sweep.execute.Record(**record) for record in plan["failed_before"]]
+        for name, reason in plan["not_applicable"]:
+            print(f"not applicable: {name}: {reason}")
+        if failed:
+            print(display.failures(failed))
+    if interrupted:
+        raise KeyboardInterrupt
+    folder = Path(plan["folder"]) if plan else Path(records[0].file).parent if records else None
+    wanted = plan["report"] if plan else any(pair == "report=true" for pair in pairs) and bool(records)
+    reported = reporting.build(folder) if wanted and folder else True
+    return 0 if not failed and reported else 1
+
+
+def wants_many(flags: list[str], pairs: list[str]) -> bool:
+    """Whether the command line or the experiment asks for a sweep."""
+    chosen = next((pair.partition("=")[2] for pair in pairs if pair.startswith("experiments=")), None)
+    hydra = read_yaml(experiments()[chosen]).get("hydra", {}) if chosen in experiments() else {}
+    return "-m" in flags or "--multirun" in flags or hydra.get("mode") == "MULTIRUN"
+
+
+def call_hydra(arguments: list[str]) -> None:
+    """Let Hydra compose and run."""
+    import hydra
+
+    before, sys.argv = sys.argv, ["mpmbench", *arguments]
+    try:
+        hydra.main(version_base="1.3", config_path=str(shipped_folder("conf")), config_name="config")(run_case)()
+    finally:
+        sys.argv = before
+
+
+def with_hydra(action: Callable[[], Any], pairs: list[str]) -> Any:
+    """Do something with Hydra and turn its complaints into one sentence."""
+    os.environ["HYDRA_FULL_ERROR"] = "1"
+    from hydra.core.global_hydra import GlobalHydra
+    from hydra.errors import HydraException
+    from omegaconf.errors import OmegaConfBaseException
+
+    from mpmbench.runs import compose
+
+    GlobalHydra.instance().clear()
+    compose.install()
+    try:
+        return action()
+    except (HydraException, OmegaConfBaseException, ValueError) as error:
+        raise compose.readable(error, pairs) from None
+
+
+def run_case(config: Any) -> None:
+    """Hydra's task: run one composed configuration and leave a record of it."""
+    from hydra.core.hydra_config import HydraConfig
+
+    from mpmbench.runs import display, execute, settings, sweep
+
+    hydra = HydraConfig.get()
+    number = hydra.job.get("num", 0)
+    stop = sweep.ledger() / "stop"
+    if stop.exists():
+        return
+    resolved, reason = settings.resolve(config, hydra)
+    plan = sweep.read_plan()
+    if plan is None:
+        answer = execute.check([(resolved, reason)])[0]
+        if answer["not_applicable"]:
+            raise BadInput(f"not applicable: {answer['not_applicable']}")
+    with display.progress_bar(execute.result_path(resolved).stem) as progress:
+        record = execute.run(resolved, progress)
+    sweep.note(record, number)
+    if plan is None:
+        print(display.summary(record, time.perf_counter() - _started))
+    else:
+        print(display.line(record, number + 1, plan["to_run"]), flush=True)
+    if record.failed and resolved["on_error"] == "stop":
+        stop.touch()
+
+
+class terminated_like_interrupted:
+    """While active, a request to terminate ends the running case as Ctrl-C does, with its record."""
+
+    def __enter__(self) -> None:
+        def interrupt(number: int, frame: Any) -> None:
+            raise KeyboardInterrupt
+
+        self.before = signal.signal(signal.SIGTERM, interrupt)
+
+    def __exit__(self, *error: object) -> None:
+        signal.signal(signal.SIGTERM, self.before)
+
+

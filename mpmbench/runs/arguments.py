@@ -1,0 +1,68 @@
+"""First look at the command line, before Hydra: unknown keys and options, what may be set and what may be swept."""
+
+import re
+
+from mpmbench.runs.schema import GROUPS, BadInput, all_keys, did_you_mean, experiments, options, unknown_key
+
+# Hydra's options, and how many values follow each.
+FLAGS = {
+    "--multirun": 0, "-m": 0, "--run": 0, "-r": 0, "--resolve": 0, "--hydra-help": 0, "--shell-completion": 0, "-sc": 0,
+    "--cfg": 1, "-c": 1, "--package": 1, "-p": 1, "--info": 1, "-i": 1, "--config-dir": 1, "-cd": 1,
+}  # fmt: skip
+
+
+def split(arguments: list[str], verbs: list[str]) -> tuple[list[str], list[str]]:
+    """Separate options from ``key=value`` pairs, and check both as far as names go.
+
+    Raises
+    ------
+    BadInput
+        With the nearest known word.
+    """
+    flags: list[str] = []
+    pairs: list[str] = []
+    values = 0
+    for argument in arguments:
+        if values > 0:
+            values -= 1
+            flags.append(argument)
+        elif argument.startswith("-"):
+            name = argument.partition("=")[0]
+            if name not in FLAGS:
+                raise BadInput(f"{name}: there is no such option{did_you_mean(name, [*FLAGS, '--help', '--version'])}")
+            values = FLAGS[name] if "=" not in argument else 0
+            flags.append(argument)
+        else:
+            pairs.append(argument)
+    if values > 0:
+        raise BadInput(f"{flags[-1]} needs a value")
+    if "-sc" not in flags and "--shell-completion" not in flags:
+        for pair in pairs:
+            check_pair(pair, verbs)
+    return flags, pairs
+
+
+def check_pair(pair: str, verbs: list[str]) -> None:
+    """Check one ``key=value``: the key must exist, and the option of a group too."""
+    key, equals, value = pair.partition("=")
+    if key.startswith(("hydra.", "hydra/", "+hydra.", "++hydra.", "~hydra")):
+        return
+    if key.startswith(("+", "~")):
+        bare = key.lstrip("+~")
+        hint = did_you_mean(bare, all_keys()) or "; see --help for the keys"
+        raise BadInput(f"{pair}: keys can be neither added nor removed{hint}")
+    if not equals:
+        hint = did_you_mean(key, verbs)
+        raise BadInput(f"{pair}: neither key=value nor a command{hint or '; commands are ' + ', '.join(verbs)}")
+    if key not in all_keys():
+        raise unknown_key(key, pair)
+    if not value.strip():
+        raise BadInput(f"{pair}: a value is needed after {key}=")
+    if key == "experiments" and not re.fullmatch(r"[\w./-]+", value):
+        raise BadInput(f"{pair}: one experiment at a time is needed")
+    if key in (*GROUPS, "experiments") and re.fullmatch(r"[\w./,\s-]+", value):
+        known = experiments() if key == "experiments" else options(key)
+        for name in value.split(","):
+            if name.strip() not in known:
+                hint = did_you_mean(name.strip(), known) or f"; there are {', '.join(known) or 'none'}"
+                raise BadInput(f"{pair}: there is no {key} {name.strip() or chr(39) * 2}{hint}")

@@ -1,0 +1,109 @@
+"""What the user sees of runs: a summary, one line per run of a sweep, a table of failures, a progress bar."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from mpmbench.runs.execute import Record
+from mpmbench.runs.sweep import Plan
+
+SHOW_PROGRESS_AFTER = 1.5  # seconds
+ERRORS = ("displacement", "velocity", "stress")
+
+
+def summary(record: Record, total_seconds: float) -> str:
+    """A few lines about a single run."""
+    scalars = record.scalars
+    lines = [f"{record.name}: {record.status}" + (f", {record.reason}" if record.reason else "")]
+    for name in ERRORS:
+        relative = _first(scalars, f"error_{name}_rms_relative", f"error_{name}_relative")
+        text = _quantity(scalars, f"error_{name}_rms")
+        if text:
+            lines.append(f"  {name} error".ljust(24) + text + (f"  ({relative:.3g} of the field)" if relative else ""))
+    for label, name in (("energy drift", "energy_drift"), ("steps", "steps"), ("time reached", "time_reached")):
+        text = _quantity(scalars, name)
+        if text and not (name == "time_reached" and record.status == "ok"):
+            lines.append(f"  {label}".ljust(24) + text)
+    times = [(word, _first(scalars, name)) for word, name in (("solver", "solver_time"), ("compiling", "compile_time"))]
+    spent = [f"{word} {value:.3g} s" for word, value in times if value is not None]
+    lines.append("  seconds".ljust(24) + ", ".join([*spent, f"total {total_seconds:.3g} s"]))
+    lines.append("  result".ljust(24) + (record.unwritten or shorten(record.file)))
+    return "\n".join(lines)
+
+
+def line(record: Record, number: int, total: int) -> str:
+    """One line about a run of a sweep."""
+    width = len(str(total))
+    error = _quantity(record.scalars, "error_displacement_rms")
+    text = record.unwritten or record.reason or (f"displacement error {error}" if error else "")
+    return f"[{number:{width}}/{total}] {record.status:<13} {record.name:<44} {record.seconds:6.2f} s  {text}"
+
+
+def failures(records: list[Record]) -> str:
+    """A table of the runs that failed, with their reasons."""
+    rows = [f"{len(records)} of the runs failed:" if len(records) > 1 else "One run failed:"]
+    for record in records:
+        reason = "; ".join(part for part in (record.reason, record.unwritten) if part)
+        rows.append(f"  {record.status:<13} {record.name:<44} {reason}")
+    return "\n".join(rows)
+
+
+def plan_line(plan: Plan) -> str:
+    """What a sweep is going to do."""
+    parts = [f"{len(plan.to_run)} to run"]
+    if plan.finished:
+        parts.append(f"{len(plan.finished)} finished before")
+    if plan.not_applicable:
+        parts.append(f"{len(plan.not_applicable)} not applicable")
+    return f"{len(plan.cells())} runs: {', '.join(parts)}; results in {shorten(plan.folder)}"
+
+
+def shorten(path: str) -> str:
+    """A path relative to here when it lies below."""
+    try:
+        return str(Path(path).relative_to(Path.cwd()))
+    except ValueError:
+        return path
+
+
+@contextmanager
+def progress_bar(name: str) -> Iterator[Callable[[float, float], None] | None]:
+    """A function that draws a bar once the run has taken a while, or None when nobody is looking."""
+    if not sys.stdout.isatty():
+        yield None
+        return
+    started = time.monotonic()
+    bar: Any = None
+    task: Any = None
+
+    def show(fraction: float, simulation_time: float) -> None:
+        nonlocal bar, task
+        if bar is None and time.monotonic() - started > SHOW_PROGRESS_AFTER:
+            from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+            columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("t = {task.fields[reached]:.4g} s"))
+            bar = Progress(*columns, TimeRemainingColumn(), transient=True)
+            bar.start()
+            task = bar.add_task(name, total=1.0, reached=0.0)
+        if bar is not None:
+            bar.update(task, completed=fraction, reached=simulation_time)
+
+    try:
+        yield show
+    finally:
+        if bar is not None:
+            bar.stop()
+
+
+def _first(scalars: dict[str, Any], *names: str) -> float | None:
+    return next((float(scalars[name][0]) for name in names if name in scalars), None)
+
+
+def _quantity(scalars: dict[str, Any], name: str) -> str:
+    if name not in scalars:
+        return ""
+    value, units = scalars[name]
+    return f"{value:.6g}" + (f" {units}" if units not in ("1", "") else "")

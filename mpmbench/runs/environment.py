@@ -1,0 +1,48 @@
+"""Environment of the processes that compute: where compiled kernels are kept, and how many threads libraries may start."""
+
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import MutableMapping
+from pathlib import Path
+
+from mpmbench.runs.identity import sources_hash
+from mpmbench.runs.schema import PACKAGE
+
+KEEP_DAYS = 30
+
+
+def cache_folder() -> Path:
+    """Folder of the kernels compiled from exactly these sources.
+
+    numba does not notice a change in another file that a kernel calls, so every version of the sources has a folder of
+    its own; those that nobody used for a month are removed.
+    """
+    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "mpmbench"
+    folder = home / sources_hash()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        os.utime(folder)
+    except OSError:
+        folder = Path(tempfile.gettempdir()) / f"mpmbench-{os.getuid()}" / folder.name
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder
+    for other in home.iterdir():
+        if time.time() - other.stat().st_mtime > KEEP_DAYS * 86400:
+            shutil.rmtree(other, ignore_errors=True)
+    return folder
+
+
+def prepare(environment: MutableMapping[str, str]) -> None:
+    """Set what must be known before numba and the linear algebra libraries are imported."""
+    environment["NUMBA_CACHE_DIR"] = str(cache_folder())
+    environment["NUMBA_THREADING_LAYER"] = "workqueue"  # survives a fork
+    environment["NUMBA_NUM_THREADS"] = str(os.cpu_count() or 1)  # a launcher may have set it to 1
+    environment["OMP_WAIT_POLICY"] = "passive"
+    for library in ("OPENBLAS", "OMP", "MKL", "VECLIB_MAXIMUM"):
+        environment[f"{library}_NUM_THREADS"] = "1"  # the same bits for every number of threads
+    here = str(PACKAGE.parent)
+    paths = environment.get("PYTHONPATH", "").split(os.pathsep)
+    if here not in paths:
+        environment["PYTHONPATH"] = os.pathsep.join([here, *(path for path in paths if path)])

@@ -1,0 +1,154 @@
+"""Run one configuration in a child process, so that it leaves a result file whatever happens."""
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from mpmbench.runs import isolation
+from mpmbench.runs.identity import result_path
+from mpmbench.runs.provenance import attributes
+from mpmbench.runs.schema import BadInput
+
+SUCCESS = ("ok", "not_applicable")
+
+
+@dataclass
+class Record:
+    """How one run ended."""
+
+    name: str
+    status: str
+    reason: str
+    file: str
+    scalars: dict[str, tuple[float, str]] = field(default_factory=dict)  # value and units
+    seconds: float = 0.0
+    unwritten: str = ""
+
+    @property
+    def failed(self) -> bool:
+        """Whether the run gives no complete result, although it should."""
+        return self.status not in SUCCESS or bool(self.unwritten)
+
+    def as_dict(self) -> dict[str, Any]:
+        """For a JSON file."""
+        return asdict(self)
+
+
+def machine_memory() -> float:
+    """Memory of this machine [MiB]."""
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+def limits_of(config: dict[str, Any]) -> dict[str, Any]:
+    """The limits of a run, with the machine's memory where none was given."""
+    return {**config["limits"], "memory": config["limits"]["memory"] or machine_memory()}
+
+
+def check(cells: list[tuple[dict[str, Any], str]]) -> list[dict[str, Any]]:
+    """Have the plug-ins judge configurations before anything runs; see `mpmbench.runs.worker.check`.
+
+    Parameters
+    ----------
+    cells : list of (dict, str)
+        Configurations, each with the reason why it does not apply if that is known already.
+
+    Raises
+    ------
+    BadInput
+        For a value out of range, or a run that needs more memory than there is.
+    """
+    if not cells:
+        return []
+    requests = [(config, reason, str(result_path(config))) for config, reason in cells]
+    first = cells[0][0]
+    try:
+        answers = isolation.ask("check", requests, limits=limits_of(first))
+    except isolation.Ended as end:
+        raise BadInput(f"the configuration could not be checked: {end.reason}") from None
+    for (config, _), answer in zip(cells, answers, strict=True):
+        if answer["bad"]:
+            raise BadInput(answer["bad"])
+        allowed = limits_of(config)["memory"]
+        if answer["memory"] > allowed:
+            what = "limits.memory" if config["limits"]["memory"] else "this machine's memory"
+            raise BadInput(
+                f"resolution = {config['resolution']} with {config['particles_per_cell']} particles per cell needs about "
+                f"{answer['memory'] / 1024:.3g} GiB, more than {what} of {allowed / 1024:.3g} GiB"
+            )
+    check_folder(result_path(first).parent)
+    return list(answers)
+
+
+def check_folder(folder: Path) -> None:
+    """Raise `BadInput` when results cannot be written to `folder`; creates nothing."""
+    existing = folder
+    while not existing.exists() and existing != existing.parent:
+        existing = existing.parent
+    if not existing.is_dir():
+        raise BadInput(f"output_dir: {existing} is not a folder")
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise BadInput(f"output_dir: {existing} is not writable")
+
+
+def run(config: dict[str, Any], on_progress: Callable[[float, float], None] | None = None) -> Record:
+    """Run one case; a failure of any kind is a record with a reason, and a file.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        After the interrupted run has been recorded.
+    """
+    target = result_path(config)
+    known = attributes(config)
+    limits = limits_of(config)
+    started = time.perf_counter()
+    try:
+        answer = isolation.ask("run", config, known, str(target), limits=limits, on_progress=on_progress)
+        return _record(target, answer, started)
+    except isolation.Ended as end:
+        return leave_record(config, known, end.status, end.reason, started)
+    except KeyboardInterrupt:
+        with uninterrupted():
+            leave_record(config, known, "interrupted", "stopped by the user or the system", started)
+        raise
+
+
+def leave_record(
+    config: dict[str, Any], known: dict[str, Any], status: str, reason: str, started: float | None = None
+) -> Record:
+    """Write the file of a run that could not do it itself, or that does not apply."""
+    target = result_path(config)
+    started = time.perf_counter() if started is None else started
+    seconds = time.perf_counter() - started
+    scalars = {"wall_time": (seconds, "s", "wall-clock time of the run")} if status != "not_applicable" else {}
+    everything = {**known, "status": status, "reason": reason}
+    try:
+        answer = isolation.ask("record", everything, scalars, str(target), limits=limits_of(config))
+    except isolation.Ended as end:
+        answer = {"status": status, "reason": reason, "scalars": {}, "unwritten": end.reason}
+    return _record(target, answer, started)
+
+
+def _record(target: Path, answer: dict[str, Any], started: float) -> Record:
+    record = Record(target.stem, answer["status"], answer["reason"], str(target), answer["scalars"])
+    record.seconds, record.unwritten = time.perf_counter() - started, answer["unwritten"]
+    return record
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Ignore Ctrl-C for a moment (in the main thread, where signals arrive)."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

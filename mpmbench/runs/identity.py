@@ -1,0 +1,97 @@
+"""What a run is known by: hashes of its configuration and of the code that its result depends on, and its file."""
+
+import ast
+import hashlib
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from mpmbench.core.registry import PACKAGES, plugin_files
+from mpmbench.runs.schema import PACKAGE
+
+# What does not change a result, so that changing it makes no finished run worthless.
+NOT_PART_OF_A_RUN = ("output_dir", "campaign", "limits", "on_error", "report", "rerun", "timing")
+SOLVER = ("core", "problems", "analysis", "runs/case.py")
+
+
+def config_json(config: dict[str, Any]) -> str:
+    """Canonical JSON text of a configuration."""
+    return json.dumps(config, sort_keys=True, separators=(",", ":"))
+
+
+def config_hash(config: dict[str, Any]) -> str:
+    """Hash of the settings that a result depends on."""
+    relevant = {key: value for key, value in config.items() if key not in NOT_PART_OF_A_RUN}
+    return hashlib.sha256(config_json(relevant).encode()).hexdigest()[:16]
+
+
+def result_path(config: dict[str, Any]) -> Path:
+    """Absolute path of the file that the run with this configuration leaves."""
+    method, basis, problem = (config[group]["name"] for group in ("method", "basis", "problem"))
+    name = f"{method}-{basis}-{problem}-n{config['resolution']}-{config_hash(config)[:8]}.nc"
+    return Path(config["output_dir"], config["campaign"], name).absolute()
+
+
+def solver_files() -> list[Path]:
+    """Every source file of the solver, and of the plug-ins, in a fixed order."""
+    places = [PACKAGE / place for place in SOLVER]
+    files = [file for place in places for file in (sorted(place.rglob("*.py")) if place.is_dir() else [place])]
+    return [*(file for file in files if file.exists()), *plugin_files()]
+
+
+def sources_hash() -> str:
+    """Hash of the bytes of all solver sources: two programs with the same one may share compiled kernels."""
+    digest = hashlib.sha256()
+    for file in solver_files():
+        digest.update(str(file).encode() + b"\0" + file.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+def code_digests(config: dict[str, Any]) -> dict[str, str]:
+    """Digest of each source file that this configuration's result depends on, by its path in the package.
+
+    These are the driver of a case, the chosen plug-ins and all that they import of the package.
+    """
+    ours = {str(file.relative_to(PACKAGE)): file for file in solver_files() if file.is_relative_to(PACKAGE)}
+    found: dict[str, str] = {}
+    waiting = ["runs/case.py", "core/registry.py"]
+    for group, package in PACKAGES.items():
+        name = config[group].get("time") or config[group]["name"]  # a method's choices name its time loop
+        chosen = f"{package.partition('.')[2].replace('.', '/')}/{name}.py"
+        if chosen in ours:
+            waiting.append(chosen)
+        else:
+            for file in plugin_files():
+                found[file.name], imported = _meaning(file, file.stat().st_mtime_ns)
+                waiting.extend(imported)
+    while waiting:
+        name = waiting.pop()
+        if name in ours and name not in found:
+            found[name], imported = _meaning(ours[name], ours[name].stat().st_mtime_ns)
+            waiting.extend(imported)
+    return dict(sorted(found.items()))
+
+
+def code_hash(digests: dict[str, str]) -> str:
+    """One hash of `code_digests`."""
+    return hashlib.sha256(json.dumps(digests, sort_keys=True).encode()).hexdigest()[:16]
+
+
+@cache
+def _meaning(file: Path, modified: int) -> tuple[str, tuple[str, ...]]:
+    """Digest of a source file without comments and docstrings, and the package's files that it imports."""
+    tree = ast.parse(file.read_bytes())
+    imported: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            imported.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
+            imported.update({node.module, *(f"{node.module}.{alias.name}" for alias in node.names)})
+        elif isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)):
+            first = node.body[0] if node.body else None
+            if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
+                node.body = node.body[1:] or [ast.Pass()]
+    parts = [name.split(".")[1:] for name in imported if name.startswith("mpmbench.")]
+    files = {f"{'/'.join(part)}{ending}" for part in parts for ending in (".py", "/__init__.py")}
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:16], tuple(sorted(files))

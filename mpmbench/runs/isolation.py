@@ -1,0 +1,208 @@
+"""Children that compute: started in a few milliseconds, watched from outside, and killed when a limit is reached.
+
+Nothing short of this contains a hang inside compiled code or a segmentation fault. A child is used again after a run
+that ended well and replaced after anything else.
+"""
+
+import atexit
+import os
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from mpmbench.runs.environment import prepare
+
+WATCH_EVERY = 0.05  # seconds between two looks at the memory of a child
+
+
+class Ended(Exception):
+    """A child that did not answer: it died, or it was killed for reaching a limit."""
+
+    def __init__(self, status: str, reason: str) -> None:
+        super().__init__(reason)
+        self.status, self.reason = status, reason
+
+
+@dataclass
+class Server:
+    """Our end of the process that children are forked from (`mpmbench.runs.server`)."""
+
+    control: socket.socket
+    process: subprocess.Popen[bytes]
+    environment: dict[str, str]
+
+    @classmethod
+    def start(cls, environment: dict[str, str]) -> "Server":
+        """Start it; it imports the heavy libraries while the caller goes on."""
+        ours, theirs = socket.socketpair()
+        command = [sys.executable, "-P", "-m", "mpmbench.runs.server", str(theirs.fileno())]
+        descriptors = (theirs.fileno(),)
+        process = subprocess.Popen(command, pass_fds=descriptors, env=environment, start_new_session=True)
+        theirs.close()
+        return cls(ours, process, environment)
+
+    def child(self) -> "Child":
+        """A new child."""
+        ours, theirs = socket.socketpair()
+        socket.send_fds(self.control, [b"child"], [theirs.fileno()])
+        theirs.close()
+        return Child(self, Connection(ours.detach()), self._answer())
+
+    def exit_code(self, pid: int) -> int:
+        """How a child ended: its exit code, or minus the number of the signal that killed it."""
+        self.control.sendall(struct.pack("q", pid))
+        return self._answer()
+
+    def _answer(self) -> int:
+        data = self.control.recv(8, socket.MSG_WAITALL)
+        if len(data) < 8:
+            raise Ended("crashed", "the process that starts the solver did not start or was killed")
+        return int(struct.unpack("q", data)[0])
+
+    def close(self) -> None:
+        """End the server and whatever it started."""
+        self.control.close()
+        self.process.kill()
+        self.process.wait()
+
+
+@dataclass
+class Child:
+    """A process that answers the requests of `mpmbench.runs.worker`."""
+
+    server: Server
+    connection: Connection
+    pid: int
+    progress: list[tuple[float, float]] = field(default_factory=list)
+
+    def ask(
+        self, *request: Any, limits: dict[str, Any], on_progress: Callable[[float, float], None] | None = None
+    ) -> Any:
+        """Send a request and wait for its answer, within the limits.
+
+        Raises
+        ------
+        Ended
+            When the child died or reached a limit; it is gone then.
+        """
+        self.progress = []
+        phase, deadline = "setup", time.monotonic() + limits["setup"]
+        try:
+            self.connection.send(request)
+            while True:
+                if self.connection.poll(min(WATCH_EVERY, max(0.0, deadline - time.monotonic()))):
+                    message = self.connection.recv()
+                    if message[0] == "done":
+                        return message[1]
+                    if not self.progress:
+                        phase, deadline = "time", time.monotonic() + limits["time"]
+                    self.progress.append(message[1:])
+                    if on_progress:
+                        on_progress(*message[1:])
+                elif time.monotonic() >= deadline:
+                    raise Ended("timeout", f"stopped at limits.{phase} = {limits[phase]:g} s{self.reached()}")
+                if limits["memory"] is not None and self.memory() > limits["memory"]:
+                    raise Ended(
+                        "out_of_memory", f"stopped at limits.memory = {limits['memory']:g} MiB{self.reached()}"
+                    )
+        except (EOFError, OSError):
+            code = self.end()
+            raise Ended("crashed", f"the process {how_it_ended(code)}{self.reached()}") from None
+        except BaseException:
+            self.end()
+            raise
+
+    def reached(self) -> str:
+        """How far the run had come."""
+        if not self.progress:
+            return ", before the solver had started"
+        fraction, simulation_time = self.progress[-1]
+        return f", {fraction:.0%} done, at t = {simulation_time:.6g} s"
+
+    def memory(self) -> float:
+        """Resident memory [MiB] now."""
+        try:
+            return int(Path(f"/proc/{self.pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
+        except OSError:
+            return resident_elsewhere(self.pid)
+
+    def end(self) -> int:
+        """Kill the child, if it is still there, and say how it ended."""
+        self.connection.close()
+        try:
+            os.kill(self.pid, signal.SIGKILL)  # the server keeps the number until it is asked how the child ended
+        except ProcessLookupError:
+            pass
+        return self.server.exit_code(self.pid)
+
+
+def resident_elsewhere(pid: int) -> float:
+    """Resident memory [MiB] of a process on systems without /proc; 0 when it is gone."""
+    import psutil
+
+    try:
+        return float(psutil.Process(pid).memory_info().rss) / 2**20
+    except psutil.Error:
+        return 0.0
+
+
+def how_it_ended(code: int) -> str:
+    """Words for an exit code."""
+    if code < 0:
+        return f"was ended by {signal.Signals(-code).name}"
+    return f"left with exit code {code} and no result"
+
+
+_server: Server | None = None
+_child: Child | None = None
+
+
+def warm_up() -> Server:
+    """Start the server, or start it anew when plug-ins or sources have changed."""
+    global _server, _child
+    environment = dict(os.environ)
+    prepare(environment)
+    if _server is not None and (_server.process.poll() is not None or _server.environment != environment):
+        close()
+    if _server is None:
+        _server = Server.start(environment)
+    return _server
+
+
+def ask(*request: Any, limits: dict[str, Any], on_progress: Callable[[float, float], None] | None = None) -> Any:
+    """Have a child answer a request; the child of the request before when that ended well.
+
+    Raises
+    ------
+    Ended
+        When the child died or reached a limit.
+    """
+    global _child
+    if _child is None:
+        _child = (_server or warm_up()).child()
+    child, _child = _child, None
+    answer = child.ask(*request, limits=limits, on_progress=on_progress)
+    if isinstance(answer, dict) and answer.get("status", "ok") not in ("ok", "not_applicable"):
+        child.end()
+    else:
+        _child = child
+    return answer
+
+
+def close() -> None:
+    """End the server and its children."""
+    global _server, _child
+    if _server is not None:
+        _server.close()
+    _server = _child = None
+
+
+atexit.register(close)

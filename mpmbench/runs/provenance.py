@@ -1,0 +1,98 @@
+"""Where a result comes from: versions, machine, commit. What a reader needs to judge it or to repeat it."""
+
+import os
+import platform
+import subprocess
+from datetime import UTC, datetime
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from mpmbench import __version__
+from mpmbench.runs import identity
+from mpmbench.runs.schema import PACKAGE
+
+SCHEMA_VERSION = 1  # raised when a variable or an attribute of the result file changes its meaning
+LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "xarray", "netCDF4", "hydra-core")
+
+
+def attributes(config: dict[str, Any]) -> dict[str, Any]:
+    """Attributes of the result file that are known before the run; plain text and numbers only."""
+    digests = identity.code_digests(config)
+    return {
+        "Conventions": "CF-1.11",
+        "schema_version": SCHEMA_VERSION,
+        "title": f"mpmbench: {config['method']['name']} on {config['problem']['name']}",
+        "problem": config["problem"]["name"],
+        "method": config["method"]["name"],
+        "basis": config["basis"]["name"],
+        "material": config["material"]["name"],
+        "mass": config["method"].get("mass", ""),
+        "resolution": config["resolution"],
+        "time_step": config["time_step"],
+        "particles_per_cell": config["particles_per_cell"],
+        "threads": config["threads"],
+        "timing_context": config["timing"],
+        "config": identity.config_json(config),
+        "config_hash": identity.config_hash(config),
+        "code_hash": identity.code_hash(digests),
+        "code_files": identity.config_json(digests),
+        "started": datetime.now(UTC).isoformat(timespec="seconds"),
+        **machine(),
+    }
+
+
+@cache
+def machine() -> dict[str, Any]:
+    """What stays the same for all runs of this process."""
+    commit, dirty = git()
+    return {
+        "mpmbench_version": __version__,
+        "git_commit": commit,
+        "git_dirty": dirty,
+        "python": platform.python_version(),
+        "host": platform.node(),
+        "cpu": processor(),
+        "cpu_count": os.cpu_count() or 1,
+        "operating_system": platform.platform(),
+    }
+
+
+@cache
+def library_versions() -> dict[str, str]:
+    """Version of every library that takes part, as ``<name>_version``."""
+    versions = {}
+    for library in LIBRARIES:
+        try:
+            versions[f"{library.replace('-', '_')}_version"] = version(library)
+        except PackageNotFoundError:
+            continue
+    return versions
+
+
+def git() -> tuple[str, str]:
+    """Commit of the checkout that the package runs from, and whether its solver was edited since: yes, no or unknown."""
+    if not (PACKAGE.parent / ".git").exists():
+        return "unknown", "unknown"
+    try:
+        commit = _git("rev-parse", "HEAD")
+        changes = _git("status", "--porcelain", "--untracked-files=no", "--", "mpmbench", "conf")
+    except (OSError, subprocess.SubprocessError):
+        return "unknown", "unknown"
+    return commit, "yes" if changes else "no"
+
+
+def _git(*arguments: str) -> str:
+    command = ["git", "-C", str(PACKAGE.parent), *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
+
+
+def processor() -> str:
+    """Name of the processor."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()

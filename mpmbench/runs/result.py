@@ -1,0 +1,80 @@
+"""The result file: written whole or not at all, and read back."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+import netCDF4
+import numpy as np
+import xarray as xr
+
+from mpmbench.runs.schema import BadInput
+
+STATUSES = (
+    "ok", "diverged", "broke_down", "not_converged", "timeout", "crashed", "out_of_memory", "interrupted",
+    "not_applicable",
+)  # fmt: skip
+
+
+def write(dataset: xr.Dataset, path: Path) -> None:
+    """Write `dataset` to `path`: under a temporary name, then moved into place.
+
+    Raises
+    ------
+    OSError
+        When the folder or the disk cannot take it; the temporary file is gone and an older result is kept.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    remove_leftovers(path)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        dataset.to_netcdf(temporary, engine="netcdf4")
+        with open(temporary, "rb+") as file:
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    except RuntimeError as error:  # how the netCDF library reports a full disk
+        raise OSError(str(error)) from None
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def remove_leftovers(path: Path) -> None:
+    """Remove temporary files of processes that were killed while they wrote this result."""
+    for leftover in path.parent.glob(f".{path.name}.*.tmp"):
+        writer = leftover.name.split(".")[-2]
+        if not (writer.isdigit() and Path("/proc", writer).exists()):
+            leftover.unlink(missing_ok=True)
+
+
+def read_attributes(path: Path) -> dict[str, Any] | None:
+    """Attributes of a result file; None when it does not exist or is no result."""
+    try:
+        with netCDF4.Dataset(path) as file:
+            attributes = {name: file.getncattr(name) for name in file.ncattrs()}
+    except OSError:
+        return None
+    return attributes if "config_hash" in attributes and attributes.get("status") in STATUSES else None
+
+
+def read_scalars(path: Path) -> tuple[dict[str, Any], dict[str, tuple[Any, dict[str, str]]]]:
+    """Attributes and scalar variables (value and attributes) of a result file.
+
+    Raises
+    ------
+    BadInput
+        When the file cannot be read or is no result of this program.
+    """
+    try:
+        with netCDF4.Dataset(path) as file:
+            attributes = {name: file.getncattr(name) for name in file.ncattrs()}
+            scalars = {}
+            for name, variable in file.variables.items():
+                if variable.dimensions == ():
+                    value = np.ma.filled(variable[...].astype(float), np.nan)[()]
+                    scalars[name] = (value, {key: variable.getncattr(key) for key in ("units", "long_name")
+                                             if key in variable.ncattrs()})
+    except (OSError, RuntimeError, ValueError) as error:
+        raise BadInput(f"{path}: cannot be read as netCDF: {error}") from None
+    if "config_hash" not in attributes:
+        raise BadInput(f"{path}: not a result of mpmbench")
+    return attributes, scalars

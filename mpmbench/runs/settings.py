@@ -1,0 +1,53 @@
+"""From what Hydra composed to the plain, checked configuration of one run."""
+
+from typing import Any
+
+from omegaconf import DictConfig, OmegaConf
+
+from mpmbench.runs.schema import GROUPS, PROBLEM_DEFAULTS, check_types, experiments, read_yaml
+
+
+def resolve(composed: DictConfig, hydra: DictConfig) -> tuple[dict[str, Any], str]:
+    """Plain configuration with the problem's defaults filled in, and the reason why it does not apply, if so.
+
+    Parameters
+    ----------
+    composed : DictConfig
+        The configuration without its ``hydra`` part, which is `hydra`.
+
+    Raises
+    ------
+    BadInput
+        As `check_types`.
+    """
+    experiment = hydra.runtime.choices.get("experiments")
+    given = [override.partition("=")[0] for override in hydra.overrides.task]
+    body = read_yaml(experiments()[experiment]) if experiment in experiments() else {}
+    plain = OmegaConf.to_container(composed, resolve=True)
+    assert isinstance(plain, dict)
+    return fill({str(key): value for key, value in plain.items()}, {*given, *dotted(body)}, experiment)
+
+
+def fill(plain: dict[str, Any], given: set[str], experiment: str | None) -> tuple[dict[str, Any], str]:
+    """Apply the problem's ``method_defaults`` and ``material_defaults`` to keys that nobody gave, then check types."""
+    config = {key: dict(value) if key in GROUPS else value for key, value in plain.items() if key != "cases"}
+    by_method, for_material = (config["problem"].pop(key, None) or {} for key in PROBLEM_DEFAULTS)
+    for group, defaults in (("method", by_method.get(config["method"]["name"], {})), ("material", for_material)):
+        for key, value in defaults.items():
+            if key in config[group] and f"{group}.{key}" not in given:
+                config[group][key] = value
+    config.pop("experiments", None)
+    if config.get("campaign") is None:
+        config["campaign"] = experiment or "default"
+    return check_types(config)
+
+
+def dotted(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Nested dictionary as one with dotted keys."""
+    flat: dict[str, Any] = {}
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            flat |= dotted(value, f"{prefix}{key}.")
+        else:
+            flat[f"{prefix}{key}"] = value
+    return flat

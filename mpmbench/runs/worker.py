@@ -1,0 +1,143 @@
+"""What a child process does: check configurations, run one case and leave its file. The heavy libraries load here."""
+
+import os
+import time
+import traceback
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import numba
+import xarray as xr
+
+from mpmbench.core.errors import BadSetting, NotApplicable
+from mpmbench.runs import case, result
+from mpmbench.runs.provenance import library_versions
+
+REPORT_EVERY = 0.1  # seconds between two progress messages
+
+
+def serve(connection: Connection) -> None:
+    """Answer requests ``(name, *arguments)`` until the client hangs up."""
+    while True:
+        try:
+            name, *arguments = connection.recv()
+        except (EOFError, OSError):
+            return
+        answer = {"check": check, "run": run, "record": record, "solve": solve_only}[name](connection, *arguments)
+        connection.send(("done", answer))
+
+
+def check(connection: Connection, cells: list[tuple[dict[str, Any], str, str]]) -> list[dict[str, Any]]:
+    """For each configuration: what is wrong with it, why it does not apply, its memory, and its earlier result."""
+    answers = []
+    for config, reason, target in cells:
+        answer: dict[str, Any] = {"bad": "", "not_applicable": reason, "memory": 0.0}
+        try:
+            if not reason:
+                case.check(config)
+                answer["memory"] = case.estimate_memory(config)
+        except BadSetting as error:
+            answer["bad"] = str(error)
+        except NotApplicable as error:
+            answer["not_applicable"] = str(error)
+        except Exception as error:
+            answer["bad"] = f"the check of this configuration failed: {explain(error)}"
+        answer["earlier"] = result.read_attributes(Path(target))
+        answers.append(answer)
+    return answers
+
+
+def run(connection: Connection, config: dict[str, Any], attributes: dict[str, Any], target: str) -> dict[str, Any]:
+    """Run one case and write its file; returns status, reason and scalars."""
+    started = time.perf_counter()
+    forget_peak_memory()
+    dataset = solve(config, progress_to(connection))
+    dataset["wall_time"] = ((), time.perf_counter() - started, {"units": "s", "long_name": "wall-clock time of the run"})
+    dataset["peak_memory"] = ((), peak_memory(), {"units": "MiB", "long_name": "peak resident memory of the process"})
+    return finish(dataset, attributes, target)
+
+
+def record(
+    connection: Connection, attributes: dict[str, Any], known: dict[str, tuple[float, str, str]], target: str
+) -> dict[str, Any]:
+    """Write the file of a run that did not get to it: attributes, and `known` scalars as (value, units, long name)."""
+    scalars = {name: ((), value, {"units": units, "long_name": text}) for name, (value, units, text) in known.items()}
+    return finish(xr.Dataset(scalars), attributes, target)
+
+
+def solve_only(connection: Connection, config: dict[str, Any]) -> dict[str, Any]:
+    """Run one case and keep nothing; for filling the cache of compiled kernels."""
+    dataset = solve(config, None)
+    return {"status": dataset.attrs["status"], "reason": dataset.attrs.get("reason", "")}
+
+
+def solve(config: dict[str, Any], progress: Any) -> xr.Dataset:
+    """The case's Dataset; whatever it raises becomes a status and a reason."""
+    try:
+        numba.set_num_threads(config["threads"])
+        return case.solve(config, progress)
+    except MemoryError:
+        return xr.Dataset(attrs={"status": "out_of_memory", "reason": "an allocation was refused"})
+    except NotApplicable as error:
+        return xr.Dataset(attrs={"status": "not_applicable", "reason": str(error)})
+    except Exception as error:
+        return xr.Dataset(attrs={"status": "crashed", "reason": explain(error)})
+
+
+def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict[str, Any]:
+    """Add the attributes that the case did not set, write the file and summarise it."""
+    own = {key: value for key, value in dataset.attrs.items() if value is not None}
+    dataset.attrs = {**attributes, **library_versions(), **{"status": "ok", "reason": ""}, **own}
+    unwritten = ""
+    try:
+        result.write(dataset, Path(target))
+    except OSError as error:
+        unwritten = f"the result could not be written to {target}: {error.strerror or error}"
+    scalars = {
+        str(name): (float(variable), str(variable.attrs.get("units", "")))
+        for name, variable in dataset.data_vars.items()
+        if variable.ndim == 0
+    }
+    status, reason = dataset.attrs["status"], dataset.attrs["reason"]
+    return {"status": status, "reason": reason, "scalars": scalars, "unwritten": unwritten}
+
+
+def progress_to(connection: Connection) -> Any:
+    """A progress function that sends the first call and then one message every `REPORT_EVERY` seconds."""
+    last = -1.0
+
+    def progress(fraction: float, simulation_time: float) -> None:
+        nonlocal last
+        now = time.perf_counter()
+        if last < 0 or now - last > REPORT_EVERY:
+            last = now
+            connection.send(("progress", fraction, simulation_time))
+
+    return progress
+
+
+def explain(error: Exception) -> str:
+    """One line: the error, and the place in the sources where it was raised."""
+    frames = traceback.extract_tb(error.__traceback__)
+    place = f" ({os.path.basename(frames[-1].filename)}, line {frames[-1].lineno})" if frames else ""
+    return f"{type(error).__name__}: {' '.join(str(error).split())}{place}"
+
+
+def forget_peak_memory() -> None:
+    """Start a new measurement of the peak memory of this process (Linux)."""
+    try:
+        Path("/proc/self/clear_refs").write_text("5")
+    except OSError:
+        pass
+
+
+def peak_memory() -> float:
+    """Peak resident memory [MiB] since `forget_peak_memory`, or of the process's life elsewhere than on Linux."""
+    try:
+        status = Path("/proc/self/status").read_text()
+        return int(status.partition("VmHWM:")[2].split()[0]) / 1024
+    except (OSError, IndexError):
+        import resource
+
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
