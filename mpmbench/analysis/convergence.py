@@ -2,7 +2,7 @@
 
 The model is ``e(h) = C h^p (1 + a h) + floor``: a leading term, its first correction (the pre-asymptotic drift) and
 what does not shrink with h (time step, quadrature, grid crossing). Runs are deterministic, so the interval is not a
-sampling error: it holds the orders p that explain the local slopes up to a few percent, whatever the drift and the floor.
+sampling error: it holds the orders p that explain the local slopes up to a few percent, whatever drift and floor.
 """
 
 from collections.abc import Sequence
@@ -26,6 +26,8 @@ ORDERS = np.arange(0.0, 6.001, 0.04)
 DRIFTS = np.linspace(-LARGEST_DRIFT, LARGEST_DRIFT, 17)
 ACCEPTED_MISFIT = 0.12  # RMS relative misfit beyond which no single order is stated for a range of levels
 FLOOR_LEVELS = 4  # fewer levels cannot tell a floor from a drift
+LEAST_SLOPE = 0.1  # errors that change less than this over all levels do not depend on h
+WIDEST_INTERVAL = 2.0  # beyond this length no value is named within the interval
 SMALLEST_WINDOW = 4  # a part of the levels counts only when it could have contradicted the model
 
 
@@ -36,8 +38,8 @@ class OrderEstimate:
     Attributes
     ----------
     order, low, high : float
-        Most probable p and ends of its 95 % interval; NaN when no order can be stated. Two levels give their slope
-        as `order` and no interval.
+        Most probable p (with three levels: the least-squares slope) and ends of its 95 % interval; NaN when no order
+        can be stated. Two levels give their slope as `order` and no interval.
     floor : float
         Error that does not shrink with h, in the units of the errors; 0 when none was recognised.
     floor_probability : float
@@ -158,6 +160,12 @@ def estimate_order(
             float(local[0]), np.nan, np.nan, 0.0, np.nan, np.zeros(2), every, none, local, 0.0, sentence
         )
 
+    if abs(np.log(e[0] / e[-1])) < LEAST_SLOPE * np.log(h[0] / h[-1]) and e.max() < 1.5 * e.min():
+        sentence = (
+            f"no order: over {_span(names)} {label_unit} the errors stay at {e.min():.3g}..{e.max():.3g} {error_unit}"
+        )
+        return OrderEstimate(np.nan, np.nan, np.nan, float(e.min()), 1.0, e.min() / e, none, none, local, 0.0, sentence)
+
     first, last, posterior = _longest_explained(h, e)
     used = np.zeros(count, bool)
     used[first:last] = True
@@ -175,7 +183,9 @@ def estimate_order(
         floor = float((posterior.weight[1] * posterior.floor).sum() / probability)
     share = np.where(used, np.minimum(floor / e, 1.0), 0.0)
     early = _pre_asymptotic(h, posterior.weight.sum(axis=(0, 1)), first, used)
-    order = min(max(_most_probable(ORDERS, order_weight), low), high)
+    # With three levels the mode is an extrapolation of one difference of slopes: the plain slope says what was seen.
+    central = _most_probable(ORDERS, order_weight) if last - first > 3 else fitted_order(h[used], e[used])
+    order = min(max(central, low), high)
     found = OrderEstimate(order, low, high, floor, probability, share, used, early, local, posterior.misfit)
     return replace(found, verdict=_sentence(found, names, label_unit, error_unit, predicted_floor))
 
@@ -288,6 +298,8 @@ def order_with_interval(found: OrderEstimate) -> str:
         return "none"
     if not np.isfinite(found.half_width):
         return f"{found.order:.2f}"
+    if found.high - found.low > WIDEST_INTERVAL:
+        return f"{found.low:.2f} to {found.high:.2f}"
     below, above = found.order - found.low, found.high - found.order
     if max(below, above) <= 1.3 * min(below, above) + 0.01:
         return f"{found.order:.2f} ± {max(below, above, 0.01):.2f}"

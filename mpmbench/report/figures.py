@@ -1,6 +1,10 @@
 """Figures of a study: errors against size, and errors against time. Each function returns a matplotlib figure."""
 
+import textwrap
+from typing import Any
+
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -8,9 +12,12 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter, NullLo
 
 from mpmbench.analysis.convergence import OrderEstimate, order_with_interval
 from mpmbench.report import style
-from mpmbench.report.series import Series, Study
+from mpmbench.report.series import Series, Study, series_name, variant_name
 
-LEGEND_LINE = 0.145  # height of one legend entry [in]
+SQUARE = 2.8  # height of a figure without its legend [in]
+LEGEND_LINE = 0.145  # height of one line of a legend [in]
+LEGEND_WIDTH = 54  # characters
+MOST_ENTRIES = 12  # curves that a legend lists one by one
 Orders = dict[str, OrderEstimate]
 
 
@@ -32,7 +39,7 @@ def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
     shown = [one for one in study.series if len(one.finite(quantity)) or len(_failed(one))]
     if not any(len(one.finite(quantity)) for one in shown):
         return None
-    figure, axes = _square(entries=len(shown) + 3)
+    figure, axes = _square()
     handles: list[Line2D] = []
     for one in shown:
         curve = one.finite(quantity).groupby("axis_value", sort=False)[quantity].median()
@@ -49,20 +56,23 @@ def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
     _ticks_at_values(axes, study.values())
     axes.set_xlabel(study.axis.label)
     axes.set_ylabel(quantity_label(study, quantity))
-    _legend_below(figure, handles)
+    _legend_below(figure, handles, shown)
     return figure
 
 
 def work_precision(study: Study, quantity: str) -> tuple[Figure, bool] | None:
     """Error against the solver's time, and whether the times are exclusive.
 
-    Only runs that had the machine to themselves are drawn when there are any; otherwise all, marked in the figure.
+    None where the runs differ in what they solve rather than in effort. Only runs that had the machine to themselves
+    are drawn when there are any; otherwise all, marked in the figure.
     """
+    if study.axis.power is None and study.axis.key != "particles_per_cell":
+        return None
     exclusive = any(len(_timed(one, quantity, True)) for one in study.series)
     shown = [one for one in study.series if len(_timed(one, quantity, exclusive))]
     if not shown:
         return None
-    figure, axes = _square(entries=len(shown))
+    figure, axes = _square()
     handles = []
     for one in shown:
         runs = _timed(one, quantity, exclusive)
@@ -72,7 +82,7 @@ def work_precision(study: Study, quantity: str) -> tuple[Figure, bool] | None:
     axes.set_ylabel(quantity_label(study, quantity))
     if not exclusive:
         axes.text(0.97, 0.97, "machine shared with other runs", transform=axes.transAxes, ha="right", va="top", size=7)
-    _legend_below(figure, handles)
+    _legend_below(figure, handles, shown)
     return figure, exclusive
 
 
@@ -83,26 +93,51 @@ def quantity_label(study: Study, quantity: str) -> str:
     if quantity.endswith("_relative"):
         return f"relative RMS {words} error"
     unit = study.campaign.units.get(quantity, "")
-    name = f"RMS {words} error" if is_error else study.campaign.names.get(quantity, words)
+    name = f"RMS {words} error" if is_error else words.removeprefix("n ")
     return f"{name} [{unit}]" if unit not in ("", "1") else name
 
 
-def _square(entries: int) -> tuple[Figure, Axes]:
-    """A figure one column wide, with room for a legend of that many entries below."""
-    figure = Figure(figsize=(style.COLUMN, 2.9 + LEGEND_LINE * entries), layout="constrained")
+def wrapped(label: str, width: int) -> str:
+    """A label in lines of at most that many characters, broken at its commas and blanks."""
+    return "\n".join(textwrap.wrap(label, width)) or label
+
+
+def _square() -> tuple[Figure, Axes]:
+    """A figure one column wide; the legend enlarges it."""
+    figure = Figure(figsize=(style.COLUMN, SQUARE), layout="constrained")
     return figure, figure.add_subplot()
 
 
-def _legend_below(figure: Figure, handles: list[Line2D]) -> None:
+def _legend_below(figure: Figure, handles: list[Line2D], curves: list[Series]) -> None:
+    """One entry for each curve; beyond `MOST_ENTRIES` curves, one for each method and basis, and for each variant."""
+    if len(curves) > MOST_ENTRIES:
+        pairs = {(one.method, one.basis): one for one in curves}
+        variants = {variant_name(one.variant): one for one in curves if one.variant}
+        entries = []
+        for (method, basis), one in pairs.items():
+            look = style.line(one.method, one.basis) | {"linestyle": "none"}
+            entries.append(Line2D([], [], label=series_name(method, basis), **look))
+        for name, one in variants.items():
+            look = style.line(one.method, one.basis, one.rank)
+            look |= {"color": "#444444", "markeredgecolor": "#444444", "marker": "o"}
+            look["markerfacecolor"] = (
+                "#444444" if look["markerfacecolor"] == style.colour(one.method) else look["markerfacecolor"]
+            )
+            entries.append(Line2D([], [], label=name, **look))
+        handles = entries + handles[len(curves) :]
+    for handle in handles:
+        handle.set_label(wrapped(str(handle.get_label()), LEGEND_WIDTH))
+    lines = sum(str(handle.get_label()).count("\n") + 1 for handle in handles)
+    figure.set_figheight(SQUARE + 0.1 + LEGEND_LINE * lines)
     figure.legend(handles=handles, loc="outside lower left", ncols=1, labelspacing=0.25, handlelength=2.6)
 
 
-def _timed(one: Series, quantity: str, exclusive: bool) -> "np.ndarray":
+def _timed(one: Series, quantity: str, exclusive: bool) -> pd.DataFrame:
     runs = one.finite(quantity, "solver_time")
     return runs[runs.timing_context == "exclusive"] if exclusive else runs
 
 
-def _failed(one: Series) -> "np.ndarray":
+def _failed(one: Series) -> pd.DataFrame:
     return one.runs[~one.runs.status.isin(["ok", "not_applicable"]) & np.isfinite(one.runs.axis_value)]
 
 
@@ -130,7 +165,7 @@ def _temporal_floor(axes: Axes, study: Study) -> list[Line2D]:
         return []
     runs = study.runs[(study.runs.status == "ok") & (study.runs.predicted_temporal_floor > 0)]
     runs = runs[np.isfinite(runs.axis_value)] if "axis_value" in runs else runs
-    look = {"color": "#555555", "linestyle": (0, (5, 2)), "linewidth": 0.9}
+    look: dict[str, Any] = {"color": "#555555", "linestyle": (0, (5, 2)), "linewidth": 0.9}
     if study.axis.key == "time_step":
         pairs = runs.drop_duplicates("time_step").sort_values("time_step")
         if pairs.empty:
@@ -152,7 +187,12 @@ def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) ->
     lowest: dict[int, tuple[float, np.ndarray, np.ndarray]] = {}
     for one in study.series:
         estimate = orders.get(one.label)
-        if estimate is None or not np.isfinite(estimate.order) or estimate.order < 0.5:
+        if (
+            estimate is None
+            or not np.isfinite(estimate.order)
+            or estimate.order < 0.5
+            or estimate.high - estimate.low > 2.0
+        ):
             continue
         curve = one.finite(quantity).groupby("axis_value")[quantity].median()
         x, y = curve.index.to_numpy(float), curve.to_numpy(float)
@@ -169,10 +209,8 @@ def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) ->
         base = y[k] / 2.2
         tip = base * (end / start) ** power
         axes.fill([start, end, start], [base, tip, tip], facecolor="#eeeeee", edgecolor="#777777", lw=0.6, zorder=1)
-        middle = np.sqrt(base * tip)
-        side = "right" if end > start else "left"
-        offset = 0.93 if end > start else 1.07
-        axes.text(start * offset, middle, str(whole), ha=side, va="center", size=7, color="#444444")
+        inside = start * (end / start) ** 0.12, tip * (base / tip) ** 0.24
+        axes.text(*inside, str(whole), ha="left" if end > start else "right", va="center", size=7, color="#444444")
 
 
 def _ticks_at_values(axes: Axes, values: list[float]) -> None:

@@ -24,6 +24,7 @@ FORMATS: dict[str, dict[str, Any]] = {
     "png": {"metadata": {"Software": None}},
 }
 MANIFEST = "files.txt"
+SCREEN_SCALE = 1.55  # a figure is at most this much larger on the screen than in a journal
 
 
 @dataclass(frozen=True)
@@ -134,22 +135,17 @@ class Writer:
 
 
 def inline_svg(drawing: str, name: str) -> Markup:
-    """An SVG file as a part of a page: no XML head, fluid width, identifiers that differ from those of other figures."""
+    """An SVG file as a part of a page: no XML head, fluid width, identifiers unlike those of the other figures."""
     drawing = drawing[drawing.index("<svg") :]
     drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
     drawing = re.sub(r'\bid="', f'id="{name}-', drawing)
     drawing = re.sub(r'href="#', f'href="#{name}-', drawing)
     drawing = drawing.replace("url(#", f"url(#{name}-")
-    width = re.search(r'viewBox="0 0 ([\d.]+) ', drawing)
-    shown = f'style="width:100%;max-width:{1.55 * float(width.group(1)):.0f}px"' if width else ""
-    return Markup(
-        re.sub(
-            r'<svg ([^>]*?)width="[^"]*"',
-            rf"<svg {shown} \1",
-            re.sub(r'(<svg [^>]*?)height="[^"]*"', r"\1", drawing, count=1),
-            count=1,
-        )
-    )
+    head, body = drawing.split(">", 1)
+    width = re.search(r'viewBox="0 0 ([\d.]+) ', head)
+    widest = f"max-width:{SCREEN_SCALE * float(width.group(1)):.0f}px" if width else ""
+    head = re.sub(r' (width|height)="[^"]*"', "", head)
+    return Markup(f'{head} style="width:100%;{widest}">{body}')
 
 
 def _section(study: Study, writer: Writer) -> Section:
@@ -220,6 +216,9 @@ def _add_fields(section: Section, study: Study, writer: Writer) -> None:
     place = f"{value:g} {study.axis.unit}" if np.isfinite(value) else "the only size"
     exact = any(one.exact is not None for one in fields)
     caption = f"Particles at the end of the run, {place}" + ("; black: exact solution." if exact else ".")
+    ready = sum(len(one.ok) > 0 for one in study.series)
+    if len(fields) < ready:
+        caption += f" {len(fields)} of {ready} curves."
     if fields[0].position.shape[1] > 1:
         caption += " The row of particles nearest the middle."
     figure = profiles.stress_profile(fields)
@@ -236,7 +235,8 @@ def _render(campaign: Campaign, sections: list[Section]) -> str:
     environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     counts = campaign.runs.status.value_counts().sort_index().to_dict() if len(campaign.runs) else {}
     origin = {
-        key: sorted({str(value) for value in campaign.provenance[key].dropna()}) for key in sorted(campaign.provenance)
+        str(key): sorted({str(value) for value in campaign.provenance[key].dropna()})
+        for key in sorted(map(str, campaign.provenance))
     }
     return environment.get_template("page.html.jinja").render(
         title=campaign.folder.resolve().name,

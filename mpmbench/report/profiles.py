@@ -1,17 +1,20 @@
 """Fields at the end of a run: stress along a line of particles against the exact solution, and maps of particles."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mpmbench.report import style
+from mpmbench.report.figures import wrapped
 from mpmbench.report.series import Series, Study
 
-MOST_PANELS = 16
+MOST_PANELS = 12
+TITLE_WIDTH = 26  # characters
 MOST_PARTICLES = 20000  # of all panels together, for the choice of the resolution
-VECTOR_POINTS = 3000  # more points than this are drawn as an image inside the figure
+VECTOR_POINTS = 1500  # more points than this are drawn as an image inside the figure
 FIELDS = ("position", "position_initial", "stress", "stress_exact")
 
 
@@ -116,13 +119,16 @@ def stress_profile(fields: list[Field]) -> Figure | None:
         if field.exact is not None:
             axes.plot(x, field.exact[row], label="exact", **style.EXACT)
         axes.plot(
-            *(x, field.stress[row], "."),
+            x,
+            field.stress[row],
+            linestyle="none",
+            marker=".",
             color=style.colour(field.series.method),
             ms=2.2,
             mew=0,
             rasterized=points > VECTOR_POINTS,
         )
-        axes.set_title(field.label, pad=3, size=7)
+        axes.set_title(wrapped(field.label, TITLE_WIDTH), pad=3, size=7)
     figure.supxlabel("position $x_1$ [m]", size=8)
     figure.supylabel(r"stress $\sigma_{11}$ [Pa]", size=8)
     return figure
@@ -139,7 +145,7 @@ def particle_map(fields: list[Field]) -> Figure | None:
     crossing_zero = low < 0 < high
     if crossing_zero:
         low, high = -max(-low, high), max(-low, high)
-    drawn = None
+    drawn: Any = None
     for field, axes in zip(fields, panels, strict=False):
         slab = _slice(field.initial)
         drawn = axes.scatter(
@@ -154,9 +160,9 @@ def particle_map(fields: list[Field]) -> Figure | None:
             rasterized=True,
         )
         axes.set_aspect("equal")
-        axes.set_title(field.label, pad=3, size=7)
+        axes.set_title(wrapped(field.label, TITLE_WIDTH), pad=3, size=7)
         axes.grid(False)
-    bar = figure.colorbar(drawn, ax=list(panels), shrink=0.8, aspect=30, location="bottom", extend="both")
+    bar = figure.colorbar(drawn, ax=list(panels), shrink=0.8, aspect=30, location="top", extend="both")
     bar.set_label(r"stress $\sigma_{11}$ [Pa]")
     figure.supxlabel("position $x_1$ [m]", size=8)
     figure.supylabel("position $x_2$ [m]", size=8)

@@ -52,8 +52,8 @@ class Campaign:
 
 
 def open_result(file: Path) -> xr.Dataset:
-    """One result file, opened lazily; times stay numbers in seconds."""
-    return xr.open_dataset(file, engine="netcdf4", decode_times=False, decode_timedelta=False, cache=False)
+    """One result file, opened lazily; values stay as they are stored (times in seconds)."""
+    return xr.open_dataset(file, engine="netcdf4", decode_cf=False, cache=False)
 
 
 def read_campaign(folder: Path) -> Campaign:

@@ -8,6 +8,7 @@ import pandas as pd
 
 from mpmbench.analysis.convergence import OrderEstimate, estimate_order
 from mpmbench.report.records import Campaign
+from mpmbench.report.style import BASIS_MARKERS, METHOD_COLOURS
 
 PREFERRED_AXES = ("resolution", "time_step", "particles_per_cell")
 UNITS = {
@@ -18,6 +19,7 @@ UNITS = {
     "young_modulus": "Pa",
     "density": "kg/m³",
 }
+KNOWN = (METHOD_COLOURS, BASIS_MARKERS)
 METHOD_NAMES = {"mpm": "MPM", "otm": "OTM", "implicit_mpm": "implicit MPM", "gmm": "GMM", "fem": "FEM", "sph": "SPH"}
 BASIS_NAMES = {"bspline": "B-spline", "maxent": "max-ent", "lme": "LME", "mls": "MLS"}
 
@@ -53,7 +55,7 @@ class Series:
     variant : tuple of (key, value)
         Further keys that tell this curve from others.
     rank : int
-        Number of the variant among those of the same method and basis (for line styles).
+        Number of the variant among all of the study: the same line style for the same variant everywhere.
     label : str
         How a legend calls it.
     runs : DataFrame
@@ -130,8 +132,8 @@ def _studies_of_problem(campaign: Campaign, problem: str) -> list[Study]:
 
 def _varying_keys(runs: pd.DataFrame, settings: pd.DataFrame) -> list[str]:
     """Keys with more than one value among the runs of some method and basis."""
-    groups = [list(group.index) for _, group in runs.groupby(["method", "basis"], sort=True)]
-    keys = [key for key in settings if any(settings.loc[group, key].map(repr).nunique() > 1 for group in groups)]
+    pairs = runs.method + "\n" + runs.basis
+    keys = [str(key) for key in settings if settings[key].map(repr).groupby(pairs).nunique().max() > 1]
     return sorted(keys, key=lambda key: (key.split(".")[0] == "material", key))
 
 
@@ -152,24 +154,37 @@ def _study(
         if len(finer.drop_duplicates()) > len(parts.drop_duplicates()):
             parts, kept = finer, [*kept, key]
 
-    series: list[Series] = []
-    for (method, basis), pair in runs.groupby(["method", "basis"], sort=True):
+    curves: list[tuple[str, str, tuple[tuple[str, Any], ...], list[str]]] = []
+    for method, basis in sorted(set(zip(runs.method, runs.basis, strict=True)), key=_house_order):
+        pair = runs[(runs.method == method) & (runs.basis == basis)]
         local = [key for key in kept if settings.loc[pair.index, key].map(repr).nunique() > 1]
         variants: dict[tuple[tuple[str, Any], ...], list[str]] = {}
         for file in pair.index:
             variants.setdefault(tuple((key, settings.at[file, key]) for key in local), []).append(str(file))
-        power = _axis(along).power
-        for rank, variant in enumerate(sorted(variants, key=_sortable)):
-            members = runs.loc[variants[variant]].sort_values("axis_value", ascending=power != 1, kind="stable")
-            label = ", ".join([series_name(method, basis), *(setting_name(key, value) for key, value in variant)])
-            series.append(Series(method, basis, variant, rank, label, members))
-    return Study(problem, campaign, runs, _axis(along), series)
+        curves += [(method, basis, variant, variants[variant]) for variant in sorted(variants, key=_sortable)]
+
+    axis = _axis(along)
+    ranks = {name: k for k, name in enumerate(dict.fromkeys(variant_name(curve[2]) for curve in curves if curve[2]))}
+    series = []
+    for method, basis, variant, files in curves:
+        members = runs.loc[files].sort_values("axis_value", ascending=axis.power != 1, kind="stable")
+        rank, label = ranks.get(variant_name(variant), 0), series_name(method, basis)
+        series.append(
+            Series(method, basis, variant, rank, ", ".join(filter(None, [label, variant_name(variant)])), members)
+        )
+    return Study(problem, campaign, runs, axis, series)
 
 
 def _sortable(variant: tuple[tuple[str, Any], ...]) -> tuple[Any, ...]:
     return tuple(
         (not isinstance(v, (int, float)), v if isinstance(v, (int, float)) else 0.0, str(v)) for _, v in variant
     )
+
+
+def _house_order(pair: tuple[str, str]) -> tuple[Any, ...]:
+    """MPM and linear first, then the others of the house, then plug-ins by name."""
+    places = [list(known).index(name) if name in known else len(known) for name, known in zip(pair, KNOWN, strict=True)]
+    return (*places, *pair)
 
 
 def _axis(key: str) -> Axis:
@@ -184,6 +199,11 @@ def _axis(key: str) -> Axis:
 def series_name(method: str, basis: str) -> str:
     """``OTM, max-ent`` for ``otm`` and ``maxent``; a plug-in's own name otherwise."""
     return f"{METHOD_NAMES.get(method, method.replace('_', ' '))}, {BASIS_NAMES.get(basis, basis.replace('_', ' '))}"
+
+
+def variant_name(variant: tuple[tuple[str, Any], ...]) -> str:
+    """All settings of a variant, as a legend calls them."""
+    return ", ".join(setting_name(key, value) for key, value in variant)
 
 
 def setting_name(key: str, value: Any) -> str:

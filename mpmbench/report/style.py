@@ -2,12 +2,12 @@
 
 import hashlib
 from contextlib import AbstractContextManager
-from typing import Any
+from typing import Any, cast
 
 import matplotlib
 
 COLUMN = 3.4  # width of a journal's column [in]
-EXACT = {"color": "black", "linewidth": 1.0, "zorder": 1.5}
+EXACT: dict[str, Any] = {"color": "black", "linewidth": 1.0, "zorder": 1.5}
 LINE_STYLES = ("-", "--", ":", "-.")
 
 # Okabe and Ito's palette for the methods of the house; Tol's muted colours for plug-ins. Both are told apart by
@@ -57,7 +57,7 @@ SETTINGS: dict[str, Any] = {
 
 def applied() -> AbstractContextManager[None]:
     """The settings as a context; needed while drawing and while saving."""
-    return matplotlib.rc_context(SETTINGS)
+    return matplotlib.rc_context(cast(Any, SETTINGS))
 
 
 def colour(method: str) -> str:
@@ -71,14 +71,14 @@ def marker(basis: str) -> str:
 
 
 def line(method: str, basis: str, rank: int = 0) -> dict[str, Any]:
-    """Keywords of `Axes.plot` for one curve; variants of a pair differ in line style, then in how full the marker is."""
+    """Keywords of `Axes.plot` for one curve; variants of a pair differ in line style, then in the marker's filling."""
     own = colour(method)
-    fills = (own, "white")
+    filling = rank // len(LINE_STYLES) % 3
     return {
         "color": own,
         "marker": marker(basis),
         "linestyle": LINE_STYLES[rank % len(LINE_STYLES)],
-        "markerfacecolor": fills[rank // len(LINE_STYLES) % 2],
+        "markerfacecolor": (own, "white", "#bbbbbb")[filling],
         "markeredgecolor": own,
         "markeredgewidth": 0.8,
     }

@@ -1,4 +1,4 @@
-"""Tables of a study. Every cell knows the result files it comes from; each table is written as CSV, Markdown and LaTeX."""
+"""Tables of a study, as CSV, Markdown and LaTeX. Every cell knows the result files that it comes from."""
 
 import csv
 import io
@@ -29,8 +29,8 @@ class Cell:
         if isinstance(self.value, (float, np.floating)):
             if not np.isfinite(self.value):
                 return ""
-            whole = float(self.value).is_integer() and abs(self.value) < 1e7
-            return str(int(self.value)) if whole else f"{self.value:.3g}"
+            number = float(self.value)
+            return str(int(number)) if number.is_integer() and abs(number) < 1e7 else f"{number:.3g}"
         return str(self.value)
 
 
