@@ -87,6 +87,9 @@ def build_state(body: Body, basis: BasisSettings, material: Material, choices: C
     if body.loads.traction is not None:
         state.traction_particle = loaded_points(p, len(body.loads.traction(0.0)), choices.traction)
     state.nodes.v[:] = body.velocity(functions.nodes)
+    if choices.transfer == "nodal":  # the velocity lives on the nodes; that of the particles is only read off
+        functions.locate(p.x)
+        transfer.g2p_velocity(functions.handle, p.x, p.v, state.nodes.v, state.nodes.a, 0.0, 0.0)
     return state
 
 

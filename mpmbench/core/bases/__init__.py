@@ -33,8 +33,6 @@ class Promises:
         The gradient has no jumps inside the domain.
     gradient_on_hull : bool
         The gradient is finite and exact on the boundary of the convex hull.
-    degree : int
-        Polynomials reproduced exactly up to this degree, which is the order of the best approximation less one.
     grid : bool
         Needs a `Box` (tensor products); otherwise any node set will do.
     """
@@ -46,7 +44,6 @@ class Promises:
     kronecker: str = "none"
     continuous_gradient: bool = True
     gradient_on_hull: bool = True
-    degree: int = 1
     grid: bool = False
 
 

@@ -68,6 +68,21 @@ class Choices:
         return {"flip": 1.0, "blend": self.flip}.get(self.transfer, 0.0)
 
     @property
+    def conserves(self) -> frozenset[str]:
+        """What the method conserves without constraints and loads, if the material lets it; audits compare.
+
+        Momentum always, by the partition of unity. Angular momentum exactly when ``sum_p m_p phi_i x_p = sum_j M_ij x_j``
+        is the matrix that is solved, which lumping is not. Energy is bounded unless a lumped projection filters the
+        velocity of the particles (PIC) in every step.
+        """
+        kept = {"mass", "momentum"}
+        if self.mass == "consistent":
+            kept.add("angular_momentum")
+        if self.mass == "consistent" or self.transfer in ("flip", "nodal"):
+            kept.add("energy")
+        return frozenset(kept)
+
+    @property
     def moving(self) -> bool:
         """Nodes move with the material."""
         return self.nodes == "moving"
