@@ -9,13 +9,12 @@ import signal
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from mpmbench import __version__
 from mpmbench.runs.arguments import split
-from mpmbench.runs.schema import BadInput, experiments, options, read_yaml, shipped_folder
+from mpmbench.runs.schema import BadInput, experiments, options, shipped_folder
 
 # A new command is one entry: its function takes the remaining arguments, returns the exit code, and is imported on use.
 VERBS = {
@@ -41,6 +40,7 @@ Keys, with their defaults (null: the problem brings a value) and units
 Keys below a choice, such as basis.d_max or material.young_modulus, stand in conf/<choice>/<name>.yaml; --cfg job prints
 all values of a run without running it. Exit codes: 0 fine, 1 some run failed, 2 bad input.
 """
+SHOW_ONLY = {"--cfg", "-c", "--info", "-i", "-sc", "--shell-completion", "--hydra-help"}
 _started = time.perf_counter()
 
 
@@ -87,7 +87,7 @@ def help_text() -> str:
     lines = (shipped_folder("conf") / "config.yaml").read_text(encoding="utf-8").split("# The discretisation\n")[1]
     return HELP.format(
         experiments=", ".join(experiments()),
-        verbs="\n".join(f"  python -m mpmbench {f'{verb} {what}'.ljust(30)} {text}" for verb, (_, what, text) in VERBS.items()),
+        verbs="\n".join(f"  python -m mpmbench {f'{verb} {what}'.ljust(33)} {text}" for verb, (_, what, text) in VERBS.items()),
         options="\n".join(f"  {group}=".ljust(14) + ", ".join(options(group)) for group in ("method", "basis", "material", "problem")),
         keys="".join(f"  {line}\n" if line else "" for line in lines.split("\n# For experiments")[0].splitlines()),
     )
@@ -95,21 +95,14 @@ def help_text() -> str:
 
 def show_configuration(pairs: list[str]) -> int:
     """Print the configuration of a run, as it would be used."""
-    from hydra import compose as hydra_compose
-    from hydra import initialize_config_dir
     from omegaconf import OmegaConf
-
-    def show() -> None:
-        with initialize_config_dir(str(shipped_folder("conf")), version_base="1.3"):
-            composed = hydra_compose("config", pairs, return_hydra_config=True)
-        config, reason = compose.resolved(composed)
-        if reason:
-            raise BadInput(reason)
-        print(OmegaConf.to_yaml(config), end="")
 
     from mpmbench.runs import compose
 
-    with_hydra(show, pairs)
+    config, reason = compose.compose_many([pairs])[0]
+    if reason:
+        raise BadInput(f"this combination does not apply: {reason}")
+    print(OmegaConf.to_yaml(config), end="")
     return 0
 
 
@@ -117,24 +110,19 @@ def run(flags: list[str], pairs: list[str]) -> int:
     """One run or a sweep."""
     from mpmbench.runs import isolation
 
-    running = not any(flag.split("=")[0] in ("--cfg", "-c", "--info", "-i", "-sc", "--shell-completion", "--hydra-help") for flag in flags)
-    if running:
+    if not {flag.partition("=")[0] for flag in flags} & SHOW_ONLY:
         isolation.warm_up()  # loads its libraries while we compose the configuration
     from mpmbench.runs import compose, display, reporting, sweep
 
-    many = wants_many(flags, pairs)
-    if many and running:
-        pairs = with_hydra(lambda: compose.as_sweep(pairs), pairs)
-        compose.announce = lambda plan: print(display.plan_line(plan), flush=True)
+    compose.sweeping.announce = lambda plan: print(display.plan_line(plan), flush=True)
     interrupted = False
     with tempfile.TemporaryDirectory(prefix="mpmbench-") as ledger, terminated_like_interrupted():
         os.environ["MPMBENCH_LEDGER"] = ledger
         try:
-            with_hydra(lambda: call_hydra([*flags, *pairs]), pairs)
-        except compose.NothingToRun:
-            pass
+            compose.call_hydra(run_case, flags, pairs)
         except KeyboardInterrupt:
             interrupted = True
+        sweep.raise_refusal()
         records, plan = sweep.records(), sweep.read_plan()
     failed = [record for record in records if record.failed]
     if plan is not None:
@@ -151,43 +139,18 @@ def run(flags: list[str], pairs: list[str]) -> int:
     return 0 if not failed and reported else 1
 
 
-def wants_many(flags: list[str], pairs: list[str]) -> bool:
-    """Whether the command line or the experiment asks for a sweep."""
-    chosen = next((pair.partition("=")[2] for pair in pairs if pair.startswith("experiments=")), None)
-    hydra = read_yaml(experiments()[chosen]).get("hydra", {}) if chosen in experiments() else {}
-    return "-m" in flags or "--multirun" in flags or hydra.get("mode") == "MULTIRUN"
-
-
-def call_hydra(arguments: list[str]) -> None:
-    """Let Hydra compose and run."""
-    import hydra
-
-    before, sys.argv = sys.argv, ["mpmbench", *arguments]
-    try:
-        hydra.main(version_base="1.3", config_path=str(shipped_folder("conf")), config_name="config")(run_case)()
-    finally:
-        sys.argv = before
-
-
-def with_hydra(action: Callable[[], Any], pairs: list[str]) -> Any:
-    """Do something with Hydra and turn its complaints into one sentence."""
-    os.environ["HYDRA_FULL_ERROR"] = "1"
-    from hydra.core.global_hydra import GlobalHydra
-    from hydra.errors import HydraException
-    from omegaconf.errors import OmegaConfBaseException
-
-    from mpmbench.runs import compose
-
-    GlobalHydra.instance().clear()
-    compose.install()
-    try:
-        return action()
-    except (HydraException, OmegaConfBaseException, ValueError) as error:
-        raise compose.readable(error, pairs) from None
-
-
 def run_case(config: Any) -> None:
-    """Hydra's task: run one composed configuration and leave a record of it."""
+    """Hydra's task: run one composed configuration and leave a record of it, or of what is wrong with it."""
+    from mpmbench.runs import sweep
+
+    try:
+        run_composed(config)
+    except BadInput as error:  # Hydra would print a line of its own about an exception
+        sweep.note_refusal(str(error))
+
+
+def run_composed(config: Any) -> None:
+    """As `run_case`; raises `BadInput`."""
     from hydra.core.hydra_config import HydraConfig
 
     from mpmbench.runs import display, execute, settings, sweep
@@ -202,7 +165,7 @@ def run_case(config: Any) -> None:
     if plan is None:
         answer = execute.check([(resolved, reason)])[0]
         if answer["not_applicable"]:
-            raise BadInput(f"not applicable: {answer['not_applicable']}")
+            raise BadInput(f"this combination does not apply: {answer['not_applicable']}")
     with display.progress_bar(execute.result_path(resolved).stem) as progress:
         record = execute.run(resolved, progress)
     sweep.note(record, number)

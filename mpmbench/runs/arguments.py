@@ -60,6 +60,8 @@ def check_pair(pair: str, verbs: list[str]) -> None:
         raise BadInput(f"{pair}: a value is needed after {key}=")
     if key == "experiments" and not re.fullmatch(r"[\w./-]+", value):
         raise BadInput(f"{pair}: one experiment at a time is needed")
+    if key in GROUPS and value.startswith(("{", "[")):
+        raise BadInput(f"{pair}: a name is needed; there are {', '.join(options(key))}")
     if key in (*GROUPS, "experiments") and re.fullmatch(r"[\w./,\s-]+", value):
         known = experiments() if key == "experiments" else options(key)
         for name in value.split(","):

@@ -1,21 +1,27 @@
 """Our side of Hydra: where it finds options and experiments, and what it does with the cells of a sweep."""
 
+import os
+import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
+import hydra
 from hydra._internal.core_plugins.file_config_source import FileConfigSource
 from hydra.core.config_search_path import ConfigSearchPath
+from hydra.core.global_hydra import GlobalHydra
 from hydra.core.object_type import ObjectType
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.plugins import Plugins
-from hydra.errors import HydraException
+from hydra.errors import HydraException, OverrideParseException
 from hydra.plugins.config_source import ConfigResult
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from hydra.plugins.sweeper import Sweeper
 from omegaconf import DictConfig, OmegaConf, open_dict
+from omegaconf.errors import OmegaConfBaseException
 
 from mpmbench.runs import settings, sweep
-from mpmbench.runs.schema import GROUPS, BadInput, conf_folders, declared, declared_anywhere, shipped_folder
+from mpmbench.runs.schema import GROUPS, BadInput, conf_folders, declared, declared_anywhere, experiments, options, read_yaml, shipped_folder
 
 
 class ExperimentsSource(FileConfigSource):
@@ -71,8 +77,15 @@ class NothingToRun(Exception):
     """All cells of the sweep are finished or do not apply."""
 
 
-announce: Callable[[sweep.Plan], None] = print  # set by the command line: what is said once the plan stands
-only_plan = False  # set by `status`: stop after planning
+@dataclass
+class Sweeping:
+    """What the command line wants of a sweep; Hydra leaves no other way to hand it to `plan_batch`."""
+
+    announce: Callable[[sweep.Plan], Any] = lambda plan: None  # what is done once the plan stands
+    only_plan: bool = False  # stop then
+
+
+sweeping = Sweeping()
 
 
 def plan_batch(self: Any, batch: list[list[str]]) -> None:
@@ -88,8 +101,8 @@ def plan_batch(self: Any, batch: list[list[str]]) -> None:
     loader = self.hydra_context.config_loader
     combinations = [cell for overrides in batch for cell in expand_cases(self.config, list(overrides))]
     plan = sweep.make_plan(combinations, lambda overrides: compose_cell(loader, self.config, overrides))
-    announce(plan)
-    if only_plan:
+    sweeping.announce(plan)
+    if sweeping.only_plan:
         raise NothingToRun
     plan.save(sweep.ledger())
     sweep.record_inapplicable(plan)
@@ -121,7 +134,7 @@ def compose_cell(loader: Any, master: DictConfig, overrides: list[str]) -> tuple
     try:
         return resolved(loader.load_sweep_config(master, list(overrides)))
     except HydraException:
-        below = [text for text in overrides if text.partition("=")[0].partition(".")[0] in GROUPS and "." in text.partition("=")[0]]
+        below = [text for text in overrides if text.startswith(tuple(f"{group}." for group in GROUPS))]
         choices = loader.load_sweep_config(master, [text for text in overrides if text not in below])
         foreign = [text for text in below if not _has(choices, text.partition("=")[0])]
         if not foreign:
@@ -140,9 +153,8 @@ def _has(composed: DictConfig, key: str) -> bool:
 
 
 def resolved(composed: DictConfig) -> tuple[dict[str, Any], str]:
-    hydra = composed.hydra
     task = OmegaConf.masked_copy(composed, [str(key) for key in composed if key != "hydra"])
-    return settings.resolve(task, hydra)
+    return settings.resolve(task, composed.hydra)
 
 
 def as_sweep(pairs: Sequence[str]) -> list[str]:
@@ -162,23 +174,84 @@ def as_sweep(pairs: Sequence[str]) -> list[str]:
     return rewritten
 
 
+def wants_many(flags: Sequence[str], pairs: Sequence[str]) -> bool:
+    """Whether the command line or the experiment asks for a sweep."""
+    chosen = next((pair.partition("=")[2] for pair in pairs if pair.startswith("experiments=")), "")
+    hydra = read_yaml(experiments()[chosen]).get("hydra", {}) if chosen in experiments() else {}
+    return "-m" in flags or "--multirun" in flags or hydra.get("mode") == "MULTIRUN"
+
+
+def call_hydra(task: Callable[[Any], None], flags: Sequence[str], pairs: Sequence[str]) -> None:
+    """Let Hydra compose, and run `task` on every composed configuration.
+
+    Raises
+    ------
+    BadInput
+        When the command line cannot be composed.
+    """
+
+    def action() -> None:
+        arguments = [*flags, *(as_sweep(pairs) if wants_many(flags, pairs) else pairs)]
+        before, sys.argv = sys.argv, ["mpmbench", *arguments]
+        try:
+            hydra.main(version_base="1.3", config_path=str(shipped_folder("conf")), config_name="config")(task)()
+        except NothingToRun:
+            pass
+        finally:
+            sys.argv = before
+
+    with_hydra(action, pairs)
+
+
+def plan_only(announce: Callable[[sweep.Plan], Any], flags: Sequence[str], pairs: Sequence[str]) -> None:
+    """Plan a sweep and run none of it."""
+    sweeping.announce, sweeping.only_plan = announce, True
+    try:
+        call_hydra(lambda config: None, flags, pairs)
+    finally:
+        sweeping.only_plan = False
+
+
+def compose_many(combinations: Sequence[Sequence[str]]) -> list[tuple[dict[str, Any], str]]:
+    """Configuration of each combination of overrides, and why it does not apply, if so; nothing runs.
+
+    Raises
+    ------
+    BadInput
+        When an override is wrong.
+    """
+
+    def action() -> list[tuple[dict[str, Any], str]]:
+        with hydra.initialize_config_dir(str(shipped_folder("conf")), version_base="1.3"):
+            composed = [hydra.compose("config", list(pairs), return_hydra_config=True) for pairs in combinations]
+        return [resolved(one) for one in composed]
+
+    done: list[tuple[dict[str, Any], str]] = with_hydra(action, [pair for pairs in combinations for pair in pairs])
+    return done
+
+
+def with_hydra(action: Callable[[], Any], pairs: Sequence[str]) -> Any:
+    """Do something with Hydra and turn its complaints into one sentence."""
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises instead of printing
+    GlobalHydra.instance().clear()
+    install()
+    try:
+        return action()
+    except (HydraException, OmegaConfBaseException, ValueError) as error:
+        raise readable(error, pairs) from None
+
+
 def readable(error: Exception, pairs: Sequence[str]) -> BadInput:
     """One sentence for what Hydra has to say."""
-    text = str(error) or str(error.__cause__ or type(error).__name__)
-    lines = [line.strip() for line in text.splitlines() if line.strip()]
-    first = lines[0] if lines else type(error).__name__
+    if isinstance(error, OverrideParseException):
+        return BadInput(f"{error.override}: this value is not understood; quote it if it holds special characters")
+    text = " ".join(str(error).split()) or " ".join(str(error.__cause__ or type(error).__name__).split())
     for pair in pairs:
-        key, _, value = pair.partition("=")
+        key = pair.partition("=")[0]
         group, _, name = key.partition(".")
-        if first.startswith(f"Could not override '{key}'") and name:
-            owners = [option for option in _options(group) if name in declared(group, option)]
+        if text.startswith(f"Could not override '{key}'") and group in GROUPS:
+            owners = [option for option in options(group) if name in declared(group, option)]
             return BadInput(f"{pair}: the chosen {group} has no {name}, only {', '.join(owners)} has")
-        if "Ambiguous value" in first and f"'{pair}'" in first:
+        if "Ambiguous value" in text and f"'{pair}'" in text:
             return BadInput(f"{pair}: several values need -m, which runs each of them")
-    return BadInput(" ".join(line for line in lines[:2] if "HYDRA_FULL_ERROR" not in line))
-
-
-def _options(group: str) -> list[str]:
-    from mpmbench.runs.schema import options
-
-    return list(options(group)) if group in GROUPS else []
+    return BadInput(text.partition(" To append to your config")[0].partition(" Set the environment")[0])

@@ -10,6 +10,7 @@ from typing import Any
 from mpmbench.runs import execute
 from mpmbench.runs.identity import code_digests, code_hash, config_hash, result_path
 from mpmbench.runs.provenance import attributes
+from mpmbench.runs.schema import BadInput
 
 # The same code would fail the same way again; whatever else failed may have been the machine's or the user's doing.
 LASTING = ("ok", "diverged", "broke_down", "not_converged", "not_applicable")
@@ -24,6 +25,11 @@ class Cell:
     not_applicable: str = ""
     earlier: dict[str, Any] | None = None  # attributes of the file of an earlier run
     state: str = "missing"  # missing, stale, failed, fresh: what its file is worth now
+
+    @property
+    def name(self) -> str:
+        """Name of its file."""
+        return result_path(self.config).stem
 
 
 @dataclass
@@ -45,7 +51,7 @@ class Plan:
         summary = {
             "to_run": len(self.to_run),
             "finished": len(self.finished),
-            "not_applicable": [(result_path(cell.config).stem, cell.not_applicable) for cell in self.not_applicable],
+            "not_applicable": [(cell.name, cell.not_applicable) for cell in self.not_applicable],
             "failed_before": failed,
             "folder": self.folder,
             "report": any(cell.config["report"] for cell in self.cells()),
@@ -137,6 +143,18 @@ def ledger() -> Path:
 def note(record: execute.Record, number: int) -> None:
     """Leave the record of one run."""
     (ledger() / f"{number}.json").write_text(json.dumps(record.as_dict()))
+
+
+def note_refusal(sentence: str) -> None:
+    """Leave what is wrong with a configuration."""
+    (ledger() / "refused").write_text(sentence)
+
+
+def raise_refusal() -> None:
+    """Raise `BadInput` when a run has refused its configuration."""
+    file = ledger() / "refused"
+    if file.exists():
+        raise BadInput(file.read_text())
 
 
 def records() -> list[execute.Record]:

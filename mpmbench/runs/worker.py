@@ -14,6 +14,7 @@ from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.runs import case, result
 from mpmbench.runs.provenance import library_versions
 
+LONGEST_REASON = 200  # characters; the file keeps the whole traceback
 REPORT_EVERY = 0.1  # seconds between two progress messages
 
 
@@ -82,7 +83,8 @@ def solve(config: dict[str, Any], progress: Any) -> xr.Dataset:
     except NotApplicable as error:
         return xr.Dataset(attrs={"status": "not_applicable", "reason": str(error)})
     except Exception as error:
-        return xr.Dataset(attrs={"status": "crashed", "reason": explain(error)})
+        text = "".join(traceback.format_exception(error))
+        return xr.Dataset(attrs={"status": "crashed", "reason": explain(error), "traceback": text})
 
 
 def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict[str, Any]:
@@ -121,7 +123,8 @@ def explain(error: Exception) -> str:
     """One line: the error, and the place in the sources where it was raised."""
     frames = traceback.extract_tb(error.__traceback__)
     place = f" ({os.path.basename(frames[-1].filename)}, line {frames[-1].lineno})" if frames else ""
-    return f"{type(error).__name__}: {' '.join(str(error).split())}{place}"
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}: {text[:LONGEST_REASON] + '...' if len(text) > LONGEST_REASON else text}{place}"
 
 
 def forget_peak_memory() -> None:

@@ -1,0 +1,118 @@
+"""All results of a campaign as one labelled array per scalar: the cube."""
+
+import json
+import math
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from mpmbench.runs.identity import NOT_PART_OF_A_RUN
+from mpmbench.runs.result import read_scalars
+from mpmbench.runs.schema import GROUPS, BadInput
+from mpmbench.runs.settings import dotted
+
+# In this order, and whenever they vary; any other setting only where these do not tell two runs apart.
+AXES = ("problem", "method", "basis", "material", "resolution", "time_step", "particles_per_cell")
+
+
+def open_campaign(path: str | Path) -> xr.Dataset:
+    """Scalars of every run in a folder of results, over the settings that vary.
+
+    Parameters
+    ----------
+    path : str or Path
+        A campaign's folder, for example ``results/quickstart``.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``method``, ``basis``, ``resolution``, ``time_step``, ... as far as they vary, and others by their
+        full key (``"material.density"``); what is the same for all runs is an attribute. The scalars are variables
+        with their units, not-a-number where there is no run or no value. ``status`` (``"missing"`` where there is no
+        run), ``reason`` and ``file`` are variables too.
+
+    Raises
+    ------
+    FileNotFoundError
+        When the folder holds no results.
+
+    Examples
+    --------
+    >>> cube = mpmbench.open_campaign("results/quickstart")       # doctest: +SKIP
+    >>> cube.error_displacement_rms.sel(method="otm").plot()      # doctest: +SKIP
+    """
+    runs = read_runs(Path(path))
+    if not runs:
+        raise FileNotFoundError(f"{path}: there are no results of mpmbench in this folder")
+    settings = [flat_settings(attributes) for attributes, _, _ in runs]
+    axes = find_axes(settings)
+    coordinates = {axis: _sorted({setting.get(axis) for setting in settings}) for axis in axes}
+    shape = tuple(len(values) for values in coordinates.values())
+    position = {axis: {value: i for i, value in enumerate(values)} for axis, values in coordinates.items()}
+    text = {name: np.full(shape, filler, dtype=object) for name, filler in (("status", "missing"), ("reason", ""), ("file", ""))}
+    numbers: dict[str, np.ndarray] = {}
+    labels: dict[str, dict[str, str]] = {}
+    for setting, (attributes, scalars, file) in zip(settings, runs, strict=True):
+        at = tuple(position[axis][setting.get(axis)] for axis in axes)
+        text["status"][at], text["reason"][at], text["file"][at] = attributes["status"], attributes["reason"], str(file)
+        for name, (value, label) in scalars.items():
+            numbers.setdefault(name, np.full(shape, np.nan))[at] = value
+            labels[name] = label
+    cube = xr.Dataset(coords={axis: _coordinate(values) for axis, values in coordinates.items()})
+    for name, values in numbers.items():
+        cube[name] = (tuple(axes), values, labels[name])
+    for name, words in text.items():
+        cube[name] = (tuple(axes), words.astype(str))
+    cube.attrs = {key: value for key, value in settings[0].items() if key not in axes and _same(key, settings)}
+    return cube
+
+
+def read_runs(folder: Path) -> list[tuple[dict[str, Any], dict[str, Any], Path]]:
+    """Attributes, scalars and path of every readable result in a folder; warns about the others."""
+    runs = []
+    for file in sorted(folder.glob("*.nc")):
+        try:
+            runs.append((*read_scalars(file), file))
+        except BadInput as error:
+            warnings.warn(f"left out: {error}", stacklevel=3)
+    return runs
+
+
+def flat_settings(attributes: dict[str, Any]) -> dict[str, Any]:
+    """Settings of a run by their dotted keys, those of a choice's name by the choice."""
+    config = json.loads(attributes["config"])
+    flat = dotted({key: value for key, value in config.items() if key not in NOT_PART_OF_A_RUN})
+    named = {key.removesuffix(".name") if key.removesuffix(".name") in GROUPS else key: value for key, value in flat.items()}
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in named.items()}
+
+
+def find_axes(settings: list[dict[str, Any]]) -> list[str]:
+    """Settings that vary and, together, tell any two runs apart."""
+    keys = list(dict.fromkeys([*AXES, *(key for setting in settings for key in setting)]))
+    varying = [key for key in keys if not _same(key, settings)]
+    axes = [key for key in varying if key in AXES]
+    for key in varying:
+        groups: dict[tuple[Any, ...], Any] = {}
+        told_apart = all(
+            groups.setdefault(tuple(setting.get(axis) for axis in axes), setting.get(key)) == setting.get(key)
+            for setting in settings
+        )
+        if key not in axes and not told_apart:
+            axes.append(key)
+    return axes
+
+
+def _same(key: str, settings: list[dict[str, Any]]) -> bool:
+    return all(setting.get(key) == settings[0].get(key) for setting in settings)
+
+
+def _sorted(values: set[Any]) -> list[Any]:
+    return sorted(values, key=lambda value: (isinstance(value, str), value is None, math.nan if value is None else value))
+
+
+def _coordinate(values: list[Any]) -> list[Any]:
+    """Numbers as they are; a mixture of numbers and words, such as auto, as words."""
+    return values if len({isinstance(value, (int, float)) for value in values}) == 1 else [str(value) for value in values]

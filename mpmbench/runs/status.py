@@ -1,0 +1,75 @@
+"""The command ``status``: what is finished, stale, failed or missing."""
+
+import json
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from mpmbench.runs.display import shorten
+from mpmbench.runs.identity import code_digests, code_hash
+from mpmbench.runs.result import read_attributes
+from mpmbench.runs.schema import BadInput
+from mpmbench.runs.sweep import Plan, state_of
+
+STATES = ("fresh", "stale", "failed", "missing")
+
+
+def main(arguments: list[str]) -> int:
+    """``status``, ``status RESULTS``, or ``status`` with the arguments of a sweep, whose cells it looks up."""
+    if any("=" in argument or argument == "-m" for argument in arguments):
+        return of_sweep(arguments)
+    if len(arguments) > 1:
+        raise BadInput("status: one folder of results, or key=value as for a sweep, is needed")
+    top = Path(arguments[0] if arguments else "results")
+    if not top.is_dir():
+        raise BadInput(f"status: there is no folder {top}")
+    folders = sorted({file.parent for file in top.rglob("*.nc")})
+    for folder in folders:
+        print(shorten(str(folder)))
+        for file in sorted(folder.glob("*.nc")):
+            print("  " + describe(file))
+    if not folders:
+        print(f"no results in {top}")
+    return 0
+
+
+def describe(file: Path) -> str:
+    """One line about a result file."""
+    attributes = read_attributes(file)
+    if attributes is None:
+        return f"{'unreadable':<11}{file.name}"
+    config = json.loads(attributes["config"])
+    state = state_of(attributes, config, code_hash(code_digests(config)))
+    if state == "missing":  # interrupted or crashed: to be run again, but there is a file
+        state = "failed"
+    changed = f"  changed since: {', '.join(changed_files(attributes, config))}" if state == "stale" else ""
+    outcome = attributes["status"] + (f": {attributes['reason']}" if attributes["reason"] else "")
+    return f"{state:<11}{file.stem:<46}{outcome}{changed}"
+
+
+def changed_files(attributes: dict[str, Any], config: dict[str, Any]) -> list[str]:
+    """Source files that have changed in more than comments since a result was made."""
+    before: dict[str, str] = json.loads(attributes["code_files"])
+    now = code_digests(config)
+    return sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
+
+
+def of_sweep(arguments: list[str]) -> int:
+    """Look up every cell of a sweep."""
+    from mpmbench.runs import arguments as command_line
+    from mpmbench.runs import isolation
+
+    flags, pairs = command_line.split(arguments, [])
+    isolation.warm_up()
+    from mpmbench.runs import compose
+
+    if not compose.wants_many(flags, pairs):
+        flags = ["-m", *flags]
+    plans: list[Plan] = []
+    compose.plan_only(plans.append, flags, pairs)
+    cells = [cell for plan in plans for cell in plan.cells()]
+    for cell in cells:
+        print(f"{'does not apply' if cell.not_applicable else cell.state:<16}{cell.name:<46}{cell.not_applicable}")
+    counts = Counter("not applicable" if cell.not_applicable else cell.state for cell in cells)
+    print(f"{len(cells)} runs: " + ", ".join(f"{number} {state}" for state, number in counts.items()))
+    return 0

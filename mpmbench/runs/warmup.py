@@ -1,0 +1,33 @@
+"""The command ``warmup``: compile the kernels of a choice of runs, so that later ones only load them."""
+
+from mpmbench.runs.schema import options
+
+
+def main(arguments: list[str]) -> int:
+    """``warmup [KEY=VALUE...]``: without a method or basis, all that apply to the problem."""
+    from mpmbench.runs import arguments as command_line
+    from mpmbench.runs import execute, isolation
+
+    _, pairs = command_line.split(arguments, [])
+    isolation.warm_up()
+    from mpmbench.runs.compose import compose_many
+
+    given = {pair.partition("=")[0] for pair in pairs}
+    methods = [[]] if "method" in given else [[f"method={name}"] for name in options("method")]
+    bases = [[]] if "basis" in given else [[f"basis={name}"] for name in options("basis")]
+    small = [] if "resolution" in given else ["resolution=4"]
+    cells = compose_many([[*pairs, *method, *basis, *small] for method in methods for basis in bases])
+    failed = False
+    for (config, reason), answer in zip(cells, execute.check(cells), strict=True):
+        name = f"{config['method']['name']}, {config['basis']['name']}"
+        if reason or answer["not_applicable"]:
+            continue
+        step = config["time_step"]
+        config["end_time"] = config["end_time"] if step == "auto" else min(config["end_time"], 3 * step)
+        try:
+            done = isolation.ask("solve", config, limits=execute.limits_of(config))
+        except isolation.Ended as end:
+            done = {"status": end.status, "reason": end.reason}
+        failed = failed or done["status"] != "ok"
+        print(f"{name}: {'ready' if done['status'] == 'ok' else done['status'] + ', ' + done['reason']}", flush=True)
+    return 1 if failed else 0
