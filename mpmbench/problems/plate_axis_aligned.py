@@ -1,0 +1,124 @@
+"""Neo-Hookean plate in axis-aligned motion, a manufactured solution (Wobbes 2020, section 8.3).
+
+``u_i = A sin(2 pi X_i / l) s_i(t)`` with ``s_1 = sin(c pi t / l) = -s_2`` on the unit square in plane strain; the body force
+makes it a solution of the momentum balance. Rollers on all sides: clamping, as the paper says, gives 37 % error.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from mpmbench.core.compiled import kernel
+from mpmbench.core.errors import NotApplicable, require, require_option
+from mpmbench.core.geometry import Box
+from mpmbench.core.materials import Material
+from mpmbench.core.materials.neo_hookean import NeoHookean
+from mpmbench.core.methods import Choices
+from mpmbench.core.particles import LAYOUTS, seed_cells
+from mpmbench.core.registry import register
+from mpmbench.core.state import Loads
+from mpmbench.problems import Fields, Problem
+
+
+@register("problem", "plate_axis_aligned")
+@dataclass(frozen=True)
+class PlateAxisAligned(Problem):
+    """Parameters of the plate.
+
+    Parameters
+    ----------
+    displacement_amplitude : float
+        A [m]; 0.005 in the paper, 0.05 for large strain.
+    body_force : bool
+        Whether the manufactured body force acts; without it the plate vibrates freely (for timings only).
+    particle_layout : {"midpoint", "gauss"}
+    """
+
+    displacement_amplitude: float = 0.005
+    body_force: bool = True
+    particle_layout: str = "midpoint"
+    dimension: ClassVar[int] = 2
+    reference_length: ClassVar[float] = 1.0
+
+    def __post_init__(self) -> None:
+        A = self.displacement_amplitude
+        limit = self.reference_length / (2.0 * np.pi)
+        require(0.0 < abs(A) < limit, "displacement_amplitude", A, f"a number other than 0 and below {limit:.4f} [m]")
+        require_option("particle_layout", self.particle_layout, LAYOUTS)
+
+    def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
+        if self.body_force and not isinstance(material, NeoHookean):
+            raise NotApplicable("the body force of plate_axis_aligned is made for material=neo_hookean")
+
+    # geometry
+
+    def nodes(self, resolution: int, choices: Choices) -> Box:
+        return Box((0.0, 0.0), (self.reference_length,) * 2, (resolution,) * 2)
+
+    def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
+        box = Box((0.0, 0.0), (self.reference_length,) * 2, (resolution,) * 2)
+        return seed_cells(box, particles_per_cell, self.particle_layout)
+
+    # initial and boundary conditions
+
+    def fixed(self, x: np.ndarray) -> np.ndarray:
+        """Rollers: u_1 = 0 on x_1 = 0 and l, u_2 = 0 on x_2 = 0 and l."""
+        tolerance = 1e-12 * self.reference_length
+        return (x < tolerance) | (x > self.reference_length - tolerance)
+
+    def velocity(self, X: np.ndarray, material: Material) -> np.ndarray:
+        omega = self._frequency(material)
+        amplitude = self.displacement_amplitude * omega * np.array([1.0, -1.0])
+        return amplitude * np.sin(2.0 * np.pi * X / self.reference_length)
+
+    def loads(self, material: Material) -> Loads:
+        if not self.body_force:
+            return Loads()
+        lame, shear = material.lame_parameters()
+        omega, l, A, rho = self._frequency(material), self.reference_length, self.displacement_amplitude, material.density
+
+        def body_force(X: np.ndarray, t: float, b: np.ndarray) -> None:
+            manufactured_force(X, A, l, float(np.sin(omega * t)), rho, lame, shear, (rho * (omega * l / np.pi) ** 2), b)
+
+        return Loads(body_force=body_force)
+
+    # exact solution
+
+    def exact(self, X: np.ndarray, t: float, material: Material) -> Fields:
+        """Eqs. 104 and 105; ``sigma_ii = lambda ln J / J + mu (F_i^2 - 1) / J``."""
+        if not isinstance(material, NeoHookean) or not self.body_force:
+            return {}
+        lame, shear = material.lame_parameters()
+        k, omega, A = 2.0 * np.pi / self.reference_length, self._frequency(material), self.displacement_amplitude
+        signs = np.array([1.0, -1.0])
+        F = 1.0 + k * A * np.cos(k * X) * np.sin(omega * t) * signs
+        J = np.prod(F, axis=1, keepdims=True)
+        sigma = np.zeros((len(X), 2, 2))
+        sigma[:, [0, 1], [0, 1]] = (lame * np.log(J) + shear * (F**2 - 1.0)) / J
+        return {
+            "displacement": A * np.sin(k * X) * np.sin(omega * t) * signs,
+            "velocity": A * omega * np.sin(k * X) * np.cos(omega * t) * signs,
+            "stress": sigma,
+        }
+
+    def _frequency(self, material: Material) -> float:
+        """``pi c / l`` with ``c = sqrt(E / rho_0)``, Eq. 106."""
+        lame, shear = material.lame_parameters()
+        young = shear * (3.0 * lame + 2.0 * shear) / (lame + shear)
+        return float(np.pi / self.reference_length * np.sqrt(young / material.density))
+
+
+@kernel
+def manufactured_force(X, A, length, s, rho, lame, shear, young, b):  # type: ignore[no-untyped-def]
+    """``b_i = (pi^2 u_i / (rho_0 l^2)) {(4 / F_i^2) [lambda (1 - ln J) + mu (1 + F_i^2)] - E}``; s is sin(c pi t / l)."""
+    k = 2.0 * np.pi / length
+    for p in range(X.shape[0]):
+        F_1 = 1.0 + k * A * np.cos(k * X[p, 0]) * s
+        F_2 = 1.0 - k * A * np.cos(k * X[p, 1]) * s
+        log_J = np.log(F_1 * F_2)
+        for d in range(2):
+            F_i, sign = (F_1, 1.0) if d == 0 else (F_2, -1.0)
+            u_i = A * np.sin(k * X[p, d]) * s * sign
+            bracket = 4.0 / F_i**2 * (lame * (1.0 - log_J) + shear * (1.0 + F_i**2)) - young
+            b[p, d] = np.pi**2 * u_i / (rho * length**2) * bracket
