@@ -15,7 +15,8 @@ from mpmbench.core.bases.max_entropy import (
     TOO_NARROW,
     NodeCloud,
     count_steps,
-    evaluate,
+    evaluate_range,
+    make_work,
     widest,
 )
 from mpmbench.core.bases.search import fill_buckets, make_buckets
@@ -79,7 +80,8 @@ class EntropyBasis:
         self.cloud = NodeCloud(
             axes=(0.0,) * self.nodes.shape[1],
             nodes=self.nodes,
-            support=support,
+            square=support**2,
+            inverse_square=support**-2,
             buckets=make_buckets(self.nodes, support, local),
             prior=prior,
             rim_exponent=rim_exponent,
@@ -104,7 +106,7 @@ class EntropyBasis:
     def newton_steps(self, x: np.ndarray) -> np.ndarray:
         """Number of Newton steps at each point until the residual meets the tolerance; -1 where they fail."""
         steps = np.zeros(len(x), dtype=np.int64)
-        count_steps(self.cloud, x, steps)
+        count_steps(self.cloud, make_work(self.cloud), x, steps)
         return steps
 
     def first_outside(self, x: np.ndarray) -> int:
@@ -118,16 +120,20 @@ class EntropyBasis:
         self.nodes += displacement
         if not np.isfinite(self.nodes).all():
             raise BrokeDown(f"node {int(np.argmin(np.isfinite(self.nodes).all(axis=1)))} has no finite position")
-        self.cloud.support[:] = self._supports(self.nodes)
-        self.cloud = self.cloud._replace(buckets=fill_buckets(self.cloud.buckets, self.nodes, self.cloud.support))
+        support = self._supports(self.nodes)
+        self.cloud.square[:] = support**2
+        self.cloud.inverse_square[:] = support**-2
+        self.cloud = self.cloud._replace(buckets=fill_buckets(self.cloud.buckets, self.nodes, support))
         self._hull = None
 
     def _fill(self, x: np.ndarray, stored: Stencils, iterations: np.ndarray) -> Stencils:
         arrays = stored.size, stored.index, stored.phi, stored.grad_phi
-        status, p, found = evaluate(self.cloud, x, 0, len(x), *arrays, iterations)
+        work = make_work(self.cloud)
+        status, p, found = evaluate_range(self.cloud, work, x, 0, len(x), *arrays, iterations)
         if status == TOO_NARROW:
             # a little room to spare, because nodes that move change their neighbours
-            wider = Stencils.empty(len(x), int(1.2 * max(found, widest(self.cloud, x))) + 1, self.nodes.shape[1])
+            width = int(1.2 * max(found, widest(self.cloud, work, x))) + 1
+            wider = Stencils.empty(len(x), width, self.nodes.shape[1])
             return self._fill(x, wider, iterations)
         if status == DONE:
             return stored

@@ -9,13 +9,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
 
-from mpmbench.core.algebra import inverse
+from mpmbench.core.bases.lean import LANES, exponentials, exponentiate, lean, matrix, vector
 from mpmbench.core.bases.search import Buckets, cell_of
-from mpmbench.core.compiled import kernel, matrix, vector
+from mpmbench.core.compiled import kernel
 
 CUBIC_SPLINE, QUARTIC_SPLINE, GAUSSIAN = 0, 1, 2
 DONE, TOO_NARROW, OUTSIDE, FLAT, STALLED = 0, 1, 2, 3, 4  # what becomes of a point
@@ -36,8 +33,8 @@ class NodeCloud(NamedTuple):
         One entry per dimension (values unused).
     nodes : ndarray
         Positions [m], shape (N, dim).
-    support : ndarray
-        Radii of the supports d_i [m], shape (N,).
+    square, inverse_square : ndarray
+        Squares of the radii of the supports d_i [m2] and one over them [1/m2], shape (N,).
     buckets : Buckets
         Which supports reach which cells.
     prior : int
@@ -55,7 +52,8 @@ class NodeCloud(NamedTuple):
 
     axes: tuple[float, ...]
     nodes: np.ndarray
-    support: np.ndarray
+    square: np.ndarray
+    inverse_square: np.ndarray
     buckets: Buckets
     prior: int
     rim_exponent: float
@@ -66,52 +64,27 @@ class NodeCloud(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Working memory for one point: `dx` has shape (dim, K), everything else (K,)."""
+    """Working memory for one point; rows are padded with zeros to whole lanes of vector instructions.
 
-    index: np.ndarray
-    inverse_support: np.ndarray
+    Attributes
+    ----------
+    offset, distance : ndarray
+        x_i - x and its square for all candidates, shapes (dim, K) and (K,).
+    number, inverse_square, rr, dx : ndarray
+        Node numbers, 1/d_i^2, (|x_i - x| / d_i)^2 and x_i - x of the nodes whose supports cover the point.
+    w, g, e : ndarray
+        Priors, their slopes, and exp(-lambda . dx_i) of the same nodes, shape (K,).
+    """
+
+    offset: np.ndarray
     distance: np.ndarray
+    number: np.ndarray
+    inverse_square: np.ndarray
+    rr: np.ndarray
     dx: np.ndarray
     w: np.ndarray
     g: np.ndarray
     e: np.ndarray
-
-
-@intrinsic
-def _two_to_the(typingctx, shifted):  # type: ignore[no-untyped-def]
-    """2^n for the integer n in the low bits of ``n + 1.5 * 2^52``."""
-
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        integer = ir.IntType(64)
-        bits = builder.shl(builder.bitcast(arguments[0], integer), ir.Constant(integer, 52))
-        return builder.bitcast(builder.add(bits, ir.Constant(integer, 1023 << 52)), ir.DoubleType())
-
-    return types.float64(types.float64), generate
-
-
-@kernel
-def exponential(x):  # type: ignore[no-untyped-def]
-    """exp(x) to the last bit or two for -708 <= x <= 709, in operations that loops can do several at a time."""
-    shift = 6755399441055744.0  # 1.5 * 2^52: adding it rounds to an integer
-    x = min(max(x, -708.0), 709.0)
-    n = x * 1.4426950408889634 + shift
-    whole = n - shift
-    r = (x - whole * 0.6931471803691238) - whole * 1.9082149292705877e-10
-    s = 1.0 / 6227020800.0
-    s = s * r + 1.0 / 479001600.0
-    s = s * r + 1.0 / 39916800.0
-    s = s * r + 1.0 / 3628800.0
-    s = s * r + 1.0 / 362880.0
-    s = s * r + 1.0 / 40320.0
-    s = s * r + 1.0 / 5040.0
-    s = s * r + 1.0 / 720.0
-    s = s * r + 1.0 / 120.0
-    s = s * r + 1.0 / 24.0
-    s = s * r + 1.0 / 6.0
-    s = s * r + 0.5
-    s = s * r + 1.0
-    s = s * r + 1.0
-    return s * _two_to_the(n)
 
 
 @kernel
@@ -121,78 +94,118 @@ def make_work(cloud):  # type: ignore[no-untyped-def]
     first = cloud.buckets.first
     for c in range(first.shape[0] - 1):
         width = max(width, first[c + 1] - first[c])
+    width = (width // LANES + 1) * LANES
+    dimension = len(cloud.axes)
     return Work(
-        np.empty(width, np.int64),
-        np.empty(width),
-        np.empty(width),
-        np.empty((len(cloud.axes), width)),
-        np.empty(width),
-        np.empty(width),
-        np.empty(width),
+        np.zeros((dimension, width)),
+        np.zeros(width),
+        np.zeros(width, np.int64),
+        np.zeros(width),
+        np.zeros(width),
+        np.zeros((dimension, width)),
+        np.zeros(width),
+        np.zeros(width),
+        np.zeros(width),
     )
 
 
-@kernel
+@lean
+def inverse(axes, A, B):  # type: ignore[no-untyped-def]
+    """``B = A^-1`` of a symmetric matrix; returns the determinant."""
+    if len(axes) == 1:
+        determinant = A[0, 0]
+        B[0, 0] = 1.0 / determinant
+    elif len(axes) == 2:
+        determinant = A[0, 0] * A[1, 1] - A[1, 0] * A[1, 0]
+        scale = 1.0 / determinant
+        B[0, 0], B[1, 1], B[1, 0] = A[1, 1] * scale, A[0, 0] * scale, -A[1, 0] * scale
+        B[0, 1] = B[1, 0]
+    else:
+        a = A[1, 1] * A[2, 2] - A[2, 1] * A[2, 1]
+        b = A[2, 1] * A[2, 0] - A[1, 0] * A[2, 2]
+        c = A[1, 0] * A[2, 1] - A[1, 1] * A[2, 0]
+        determinant = A[0, 0] * a + A[1, 0] * b + A[2, 0] * c
+        scale = 1.0 / determinant
+        B[0, 0], B[1, 0], B[2, 0] = a * scale, b * scale, c * scale
+        B[1, 1] = (A[0, 0] * A[2, 2] - A[2, 0] * A[2, 0]) * scale
+        B[2, 1] = (A[1, 0] * A[2, 0] - A[0, 0] * A[2, 1]) * scale
+        B[2, 2] = (A[0, 0] * A[1, 1] - A[1, 0] * A[1, 0]) * scale
+        B[0, 1], B[0, 2], B[1, 2] = B[1, 0], B[2, 0], B[2, 1]
+    return determinant
+
+
+@lean
 def gather(cloud, x, p, work):  # type: ignore[no-untyped-def]
-    """Number of nodes whose support covers point `p`, and the largest of their supports."""
-    cell = cell_of(cloud.buckets, x, p)
-    found = 0
-    largest = 0.0
-    for place in range(cloud.buckets.first[cell], cloud.buckets.first[cell + 1]):
-        i = cloud.buckets.entry[place]
+    """Number of nodes whose support covers point `p`, and the largest support around it."""
+    cell = cell_of(cloud.buckets, len(cloud.axes), x, p)
+    first = cloud.buckets.first[cell]
+    candidates = cloud.buckets.first[cell + 1] - first
+    entry = cloud.buckets.entry[first:]
+    for c in range(candidates):
         square = 0.0
         for d in range(len(cloud.axes)):
-            difference = cloud.nodes[i, d] - x[p, d]
-            work.dx[d, found] = difference
+            difference = cloud.nodes[entry[c], d] - x[p, d]
+            work.offset[d, c] = difference
             square += difference * difference
-        radius = cloud.support[i]
-        if square < radius * radius:
-            work.index[found] = i
-            work.inverse_support[found] = 1.0 / radius
-            work.distance[found] = square
-            largest = max(largest, radius)
-            found += 1
-    return found, largest
+        work.distance[c] = square
+    found = 0
+    for c in range(candidates):  # no branches: each is written, and the next overwrites it if it does not count
+        i = entry[c]
+        work.number[found] = i
+        work.inverse_square[found] = cloud.inverse_square[i]
+        work.rr[found] = work.distance[c] * cloud.inverse_square[i]
+        for d in range(len(cloud.axes)):
+            work.dx[d, found] = work.offset[d, c]
+        found += work.distance[c] < cloud.square[i]
+    for k in range(found, (found + LANES - 1) // LANES * LANES):
+        work.inverse_square[k] = work.rr[k] = 0.0
+        for d in range(len(cloud.axes)):
+            work.dx[d, k] = 0.0
+    return found, cloud.buckets.reach[cell]
 
 
-@kernel
+@lean
 def weigh(cloud, found, work):  # type: ignore[no-untyped-def]
     """Priors w_i and their slopes g_i at distance r = |dx_i| / d_i (Wobbes 2020, Eqs. 87-90)."""
-    w, g = work.w, work.g
+    w, g, rr, inverse_square = work.w, work.g, work.rr, work.inverse_square
+    padded = (found + LANES - 1) // LANES * LANES
     if cloud.prior == CUBIC_SPLINE:
-        for k in range(found):
-            inverse_square = work.inverse_support[k] * work.inverse_support[k]
-            rr = work.distance[k] * inverse_square
-            r = math.sqrt(rr)
+        for k in range(padded):
+            r = math.sqrt(rr[k])
             rest = 1.0 - r
             inner = r <= 0.5
-            w[k] = 2.0 / 3.0 - 4.0 * rr * rest if inner else 4.0 / 3.0 * rest * rest * rest
-            g[k] = inverse_square * (12.0 * r - 8.0 if inner else -4.0 * rest * rest / max(r, 0.5))
+            w[k] = 2.0 / 3.0 - 4.0 * rr[k] * rest if inner else 4.0 / 3.0 * rest * rest * rest
+            g[k] = inverse_square[k] * (12.0 * r - 8.0 if inner else -4.0 * rest * rest / max(r, 0.5))
     elif cloud.prior == QUARTIC_SPLINE:
-        for k in range(found):
-            inverse_square = work.inverse_support[k] * work.inverse_support[k]
-            rr = work.distance[k] * inverse_square
-            r = math.sqrt(rr)
-            w[k] = 1.0 - rr * (6.0 - 8.0 * r + 3.0 * rr)
-            g[k] = -12.0 * inverse_square * (1.0 - r) * (1.0 - r)
+        for k in range(padded):
+            r = math.sqrt(rr[k])
+            w[k] = 1.0 - rr[k] * (6.0 - 8.0 * r + 3.0 * rr[k])
+            g[k] = -12.0 * inverse_square[k] * (1.0 - r) * (1.0 - r)
     else:  # a Gaussian less its tangent at the rim in r^2, so that value and slope vanish there
         a = cloud.rim_exponent
         rim = math.exp(-a)
-        for k in range(found):
-            inverse_square = work.inverse_support[k] * work.inverse_support[k]
-            rr = work.distance[k] * inverse_square
-            bell = exponential(-a * rr)
-            w[k] = bell - rim * (1.0 + a * (1.0 - rr))
-            g[k] = -2.0 * a * inverse_square * (bell - rim)
+        for k in range(padded):
+            w[k] = -a * rr[k]
+        for block in range(0, padded, LANES):
+            exponentiate(w, block)
+        for k in range(padded):
+            bell = w[k]
+            w[k] = bell - rim * (1.0 + a * (1.0 - rr[k]))
+            g[k] = -2.0 * a * inverse_square[k] * (bell - rim)
 
 
-@kernel
-def moments(axes, found, work, r, H):  # type: ignore[no-untyped-def]
-    """Z, the mean r of dx and its covariance H under the weights w_i e_i: the slope of log Z is -r, its curvature H."""
+@lean
+def moments(axes, found, multiplier, shift, work, r, H):  # type: ignore[no-untyped-def]
+    """Evaluate ``e_i = exp(-lambda . dx_i - shift)``, and Z, the mean r of dx and its covariance H under w_i e_i.
+
+    The slope of log Z in lambda is -r, its curvature H.
+    """
+    for block in range(0, found, LANES):
+        exponentials(axes, multiplier, work.dx, shift, work.e, block)
     Z = 0.0
     for d in range(len(axes)):
         r[d] = 0.0
-        for b in range(len(axes)):
+        for b in range(d + 1):
             H[d, b] = 0.0
     for k in range(found):
         phi = work.w[k] * work.e[k]
@@ -202,46 +215,37 @@ def moments(axes, found, work, r, H):  # type: ignore[no-untyped-def]
             r[d] += moment
             for b in range(d + 1):
                 H[d, b] += moment * work.dx[b, k]
+    scale = 1.0 / Z
     for d in range(len(axes)):
-        r[d] /= Z
+        r[d] *= scale
         for b in range(d + 1):
-            H[d, b] = H[d, b] / Z - r[d] * r[b]
+            H[d, b] = H[d, b] * scale - r[d] * r[b]
             H[b, d] = H[d, b]
     return Z
 
 
-@kernel
-def exponents(axes, found, multiplier, work):  # type: ignore[no-untyped-def]
-    """Set ``e_i = -lambda . dx_i``; returns the largest."""
+@lean
+def largest_exponent(axes, found, multiplier, work):  # type: ignore[no-untyped-def]
+    """Largest of ``-lambda . dx_i``."""
     largest = -np.inf
     for k in range(found):
         total = 0.0
         for d in range(len(axes)):
             total -= multiplier[d] * work.dx[d, k]
-        work.e[k] = total
         largest = max(largest, total)
     return largest
 
 
-@kernel
-def exponentiate(axes, found, multiplier, work):  # type: ignore[no-untyped-def]
-    """Set ``e_i = exp(-lambda . dx_i)`` where no exponent can be large."""
-    for k in range(found):
-        total = 0.0
-        for d in range(len(axes)):
-            total -= multiplier[d] * work.dx[d, k]
-        work.e[k] = exponential(total)
-
-
-@kernel
+@lean
 def length(axes, a):  # type: ignore[no-untyped-def]
+    """Length of a vector."""
     square = 0.0
     for d in range(len(axes)):
         square += a[d] * a[d]
     return math.sqrt(square)
 
 
-@kernel
+@lean
 def newton(cloud, found, reach, work, step):  # type: ignore[no-untyped-def]
     """Minimise log Z over the multipliers by Newton's method from lambda = 0.
 
@@ -260,8 +264,6 @@ def newton(cloud, found, reach, work, step):  # type: ignore[no-untyped-def]
     r = vector(axes)
     H, inverse_H = matrix(axes, axes), matrix(axes, axes)
     smallest_residual = cloud.tolerance * cloud.spacing * reach
-    for k in range(found):
-        work.e[k] = 1.0
     for d in range(len(axes)):
         multiplier[d] = 0.0
     on_trial = False
@@ -270,13 +272,9 @@ def newton(cloud, found, reach, work, step):  # type: ignore[no-untyped-def]
     for iteration in range(cloud.max_iterations + 1):
         shift = 0.0
         size = length(axes, multiplier) * reach
-        if size > 300.0:
-            shift = exponents(axes, found, multiplier, work)
-            for k in range(found):
-                work.e[k] = exponential(work.e[k] - shift)
-        elif iteration > 0:
-            exponentiate(axes, found, multiplier, work)
-        Z = moments(axes, found, work, r, H)
+        if size > 300.0:  # else no exponential can overflow
+            shift = largest_exponent(axes, found, multiplier, work)
+        Z = moments(axes, found, multiplier, shift, work, r, H)
         if on_trial:
             on_trial = False
             if not math.log(Z) + shift <= height - 1e-4 * slope:
@@ -296,11 +294,11 @@ def newton(cloud, found, reach, work, step):  # type: ignore[no-untyped-def]
                 step[d] += inverse_H[d, b] * r[b]
         move = length(axes, step) * reach
         if move <= QUADRATIC_RANGE and determinant > 0.0:
-            return DONE, max(counted, 0), False
+            return DONE, (iteration + 1 if counted < 0 else counted), False
         if residual <= smallest_residual and not trace * reach * reach < HULL_CONDITION:
             return DONE, counted, True
         if iteration > 2:  # a half-space that holds every dx_i: the point is not in their hull
-            nearest = -exponents(axes, found, multiplier, work)
+            nearest = -largest_exponent(axes, found, multiplier, work)
             if nearest * reach > smallest_residual * size:
                 return OUTSIDE, iteration, False
         if not (determinant > 0.0 and move < 1e300):
@@ -326,42 +324,46 @@ def newton(cloud, found, reach, work, step):  # type: ignore[no-untyped-def]
     return STALLED, cloud.max_iterations, False
 
 
-@kernel
-def finish(axes, found, work, step, grad_phi):  # type: ignore[no-untyped-def]
-    """Take the last Newton step and write the values to ``work.w`` and the gradients to `grad_phi`, shape (K, dim).
+@lean
+def finish(axes, found, work, step, row, index, phi, grad_phi):  # type: ignore[no-untyped-def]
+    """Take the last Newton step and write values and gradients to row `row` of `phi` and `grad_phi`.
 
     ``grad phi_i = phi_i (M dx_i + b) - psi_i dx_i`` with ``psi_i = g_i e_i / Z`` (which is phi_i grad w_i / w_i along
     -dx_i), ``b = sum_j psi_j dx_j`` and ``M = (I + sum_j psi_j dx_j (x) dx_j) H^-1``: Wobbes 2020, Eqs. 84-86, with the
-    signs corrected.
+    signs corrected. Returns the residual.
     """
     b, r = vector(axes), vector(axes)
     H, inverse_H, B, M = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
+    Z = 0.0
+    for d in range(len(axes)):
+        b[d] = r[d] = 0.0
+        for c in range(d + 1):
+            B[d, c] = H[d, c] = 0.0
     for k in range(found):
         t = 0.0
         for d in range(len(axes)):
             t += step[d] * work.dx[d, k]
-        work.e[k] *= 1.0 - t + 0.5 * t * t
-    Z = moments(axes, found, work, r, H)
-    for d in range(len(axes)):
-        b[d] = 0.0
-        for c in range(len(axes)):
-            B[d, c] = 0.0
-            H[d, c] += r[d] * r[c]
-    scale = 1.0 / Z
-    for k in range(found):
-        psi = work.g[k] * work.e[k] * scale
-        work.g[k] = psi
-        work.w[k] *= work.e[k] * scale
+        e = work.e[k] * (1.0 - t + 0.5 * t * t)  # exp(-t) of so small a step
+        value, psi = work.w[k] * e, work.g[k] * e
+        work.w[k], work.g[k] = value, psi
+        Z += value
         for d in range(len(axes)):
-            moment = psi * work.dx[d, k]
-            b[d] += moment
+            moment, slope = value * work.dx[d, k], psi * work.dx[d, k]
+            r[d] += moment
+            b[d] += slope
             for c in range(d + 1):
-                B[d, c] += moment * work.dx[c, k]
-    inverse(axes, H, inverse_H)
+                H[d, c] += moment * work.dx[c, k]
+                B[d, c] += slope * work.dx[c, k]
+    scale = 1.0 / Z
     for d in range(len(axes)):
-        for c in range(d):
+        r[d] *= scale
+        b[d] *= scale
+        for c in range(d + 1):
+            H[d, c] *= scale
+            B[d, c] *= scale
             B[c, d] = B[d, c]
         B[d, d] += 1.0
+    inverse(axes, H, inverse_H)
     for d in range(len(axes)):
         for c in range(len(axes)):
             total = 0.0
@@ -369,16 +371,18 @@ def finish(axes, found, work, step, grad_phi):  # type: ignore[no-untyped-def]
                 total += B[d, a] * inverse_H[a, c]
             M[d, c] = total
     for k in range(found):
-        phi, psi = work.w[k], work.g[k]
+        value, psi = work.w[k] * scale, work.g[k] * scale
+        phi[row, k] = value
+        index[row, k] = work.number[k]
         for d in range(len(axes)):
             total = b[d]
             for c in range(len(axes)):
                 total += M[d, c] * work.dx[c, k]
-            grad_phi[k, d] = phi * total - psi * work.dx[d, k]
+            grad_phi[row, k, d] = value * total - psi * work.dx[d, k]
     return length(axes, r)
 
 
-@kernel
+@lean
 def evaluate_inside(cloud, x, p, work, row, index, phi, grad_phi):  # type: ignore[no-untyped-def]
     """Functions at point `p` of `x`, written to row `row`; returns status, number of functions or of steps, on_hull."""
     found, reach = gather(cloud, x, p, work)
@@ -391,16 +395,13 @@ def evaluate_inside(cloud, x, p, work, row, index, phi, grad_phi):  # type: igno
     status, iterations, on_hull = newton(cloud, found, reach, work, step)
     if status != DONE or on_hull:
         return status, found, iterations, on_hull
-    residual = finish(cloud.axes, found, work, step, grad_phi[row])
+    residual = finish(cloud.axes, found, work, step, row, index, phi, grad_phi)
     if not residual <= cloud.tolerance * cloud.spacing * reach:
         return STALLED, found, iterations, False
-    for k in range(found):
-        index[row, k] = work.index[k]
-        phi[row, k] = work.w[k]
     return DONE, found, iterations, False
 
 
-@kernel
+@lean
 def evaluate_on_hull(cloud, x, p, found, work, row, index, phi, grad_phi):  # type: ignore[no-untyped-def]
     """The same for a point on the hull: values of the limit, and gradients from a little inside.
 
@@ -430,15 +431,15 @@ def evaluate_on_hull(cloud, x, p, found, work, row, index, phi, grad_phi):  # ty
         total += work.w[k]
     near = 0
     for k in range(size):
-        while near < found and work.index[near] < index[row, k]:
+        while near < found and work.number[near] < index[row, k]:
             near += 1
-        same = near < found and work.index[near] == index[row, k]
+        same = near < found and work.number[near] == index[row, k]
         phi[row, k] = work.w[near] / total if same else 0.0
     return DONE, size
 
 
-@kernel
-def evaluate(cloud, x, first, last, size, index, phi, grad_phi, iterations):  # type: ignore[no-untyped-def]
+@lean
+def evaluate_range(cloud, work, x, first, last, size, index, phi, grad_phi, iterations):  # type: ignore[no-untyped-def]
     """Store the functions of points ``first <= p < last``; any split into ranges gives the same bits.
 
     Returns
@@ -446,7 +447,6 @@ def evaluate(cloud, x, first, last, size, index, phi, grad_phi, iterations):  # 
     status, point, found
         DONE, or what became of the first point that failed, with the number of nodes around it.
     """
-    work = make_work(cloud)
     for p in range(first, last):
         status, found, steps, on_hull = evaluate_inside(cloud, x, p, work, p, index, phi, grad_phi)
         if status == DONE and on_hull:
@@ -458,20 +458,18 @@ def evaluate(cloud, x, first, last, size, index, phi, grad_phi, iterations):  # 
     return DONE, -1, 0
 
 
-@kernel
-def widest(cloud, x):  # type: ignore[no-untyped-def]
+@lean
+def widest(cloud, work, x):  # type: ignore[no-untyped-def]
     """Largest number of nodes whose supports cover one of the points."""
-    work = make_work(cloud)
     most = 0
     for p in range(x.shape[0]):
         most = max(most, gather(cloud, x, p, work)[0])
     return most
 
 
-@kernel
-def count_steps(cloud, x, iterations):  # type: ignore[no-untyped-def]
+@lean
+def count_steps(cloud, work, x, iterations):  # type: ignore[no-untyped-def]
     """Newton steps at each point until the residual meets the tolerance, -1 where the iteration fails."""
-    work = make_work(cloud)
     step = vector(cloud.axes)
     for p in range(x.shape[0]):
         iterations[p] = -1

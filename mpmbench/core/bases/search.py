@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mpmbench.core.compiled import kernel
+from mpmbench.core.bases.lean import lean
 
 
 class Buckets(NamedTuple):
@@ -19,51 +19,54 @@ class Buckets(NamedTuple):
     ----------
     cells : ndarray of int
         Number of cells along each axis, shape (3,).
-    lower, size : ndarray
-        Corner of the first cell and edges of a cell [m], shape (3,).
+    lower, size, inverse_size : ndarray
+        Corner of the first cell [m], edges of a cell [m] and one over them [1/m], shape (3,).
     first : ndarray of int
         Cell c owns ``entry[first[c] : first[c + 1]]``, shape (number of cells + 1,).
     entry : ndarray of int
         Node numbers, ascending in every cell.
+    reach : ndarray
+        Largest support that reaches each cell [m], shape (number of cells,).
     """
 
     cells: np.ndarray
     lower: np.ndarray
     size: np.ndarray
+    inverse_size: np.ndarray
     first: np.ndarray
     entry: np.ndarray
+    reach: np.ndarray
 
 
-@kernel
+@lean
 def cell_along(buckets, d, coordinate):  # type: ignore[no-untyped-def]
     """Number of the cell along axis `d`; points outside (or not a number) belong to a cell at the end."""
-    position = (coordinate - buckets.lower[d]) / buckets.size[d]
+    position = (coordinate - buckets.lower[d]) * buckets.inverse_size[d]
     if not position > 0.0:
         return 0
     last = buckets.cells[d] - 1
     return last if position >= last else int(position)
 
 
-@kernel
-def cell_of(buckets, x, p):  # type: ignore[no-untyped-def]
+@lean
+def cell_of(buckets, dimension, x, p):  # type: ignore[no-untyped-def]
     """Number of the cell of point `p` of `x`, shape (n, dim)."""
-    c = 0
-    for d in range(x.shape[1]):
-        c = c * buckets.cells[d] + cell_along(buckets, d, x[p, d])
-    for d in range(x.shape[1], 3):
-        c = c * buckets.cells[d]
-    return c
+    cell = 0
+    for d in range(3):
+        along = cell_along(buckets, d, x[p, d]) if d < dimension else 0
+        cell = cell * buckets.cells[d] + along
+    return cell
 
 
-@kernel
-def _visit(buckets, nodes, support, write):  # type: ignore[no-untyped-def]
+@lean
+def _visit(buckets, nodes, support, low, high, gap, write):  # type: ignore[no-untyped-def]
     """Walk over all cells that each support reaches: count them in ``first[c + 1]``, or write the entries.
 
-    Counting before writing costs a second walk and spares every guess about the lengths of the lists.
+    Counting before writing costs a second walk and spares every guess about the lengths of the lists. `low`, `high`
+    and `gap` are working memory of three entries.
     """
-    low = np.zeros(3, np.int64)
-    high = np.zeros(3, np.int64)
-    gap = np.zeros(3)
+    low[:] = 0
+    high[:] = 0
     margin = 1.0 + 1e-9  # rounding must not drop a node whose support just touches a cell
     for i in range(nodes.shape[0]):
         reach = support[i] * margin
@@ -84,16 +87,9 @@ def _visit(buckets, nodes, support, write):  # type: ignore[no-untyped-def]
                         if write:
                             buckets.entry[buckets.first[cell]] = i
                             buckets.first[cell] += 1
+                            buckets.reach[cell] = max(buckets.reach[cell], support[i])
                         else:
                             buckets.first[cell + 1] += 1
-
-
-@kernel
-def _shift(first):  # type: ignore[no-untyped-def]
-    """Undo the advance of the starts that writing leaves behind."""
-    for c in range(first.shape[0] - 1, 0, -1):
-        first[c] = first[c - 1]
-    first[0] = 0
 
 
 def fill_buckets(buckets: Buckets, nodes: np.ndarray, support: np.ndarray) -> Buckets:
@@ -115,13 +111,17 @@ def fill_buckets(buckets: Buckets, nodes: np.ndarray, support: np.ndarray) -> Bu
     buckets.lower[:dimension] = nodes.min(axis=0)
     extent = nodes.max(axis=0) - buckets.lower[:dimension]
     buckets.size[:dimension] = np.where(extent > 0.0, extent / buckets.cells[:dimension], 1.0)
+    buckets.inverse_size[:] = 1.0 / buckets.size
     buckets.first[:] = 0
-    _visit(buckets, nodes, support, False)
+    buckets.reach[:] = 0.0
+    work = np.zeros(3, dtype=np.int64), np.zeros(3, dtype=np.int64), np.zeros(3)
+    _visit(buckets, nodes, support, *work, False)
     np.cumsum(buckets.first, out=buckets.first)
     if buckets.first[-1] > len(buckets.entry):
         buckets = buckets._replace(entry=np.zeros(int(1.25 * buckets.first[-1]) + 16, dtype=np.int32))
-    _visit(buckets, nodes, support, True)
-    _shift(buckets.first)
+    _visit(buckets, nodes, support, *work, True)
+    buckets.first[1:] = buckets.first[:-1].copy()  # writing has advanced each start to the next
+    buckets.first[0] = 0
     return buckets
 
 
@@ -135,10 +135,20 @@ def make_buckets(nodes: np.ndarray, support: np.ndarray, local: bool) -> Buckets
         edge = (np.prod(extent[used]) / len(nodes)) ** (1.0 / max(used.sum(), 1))
         wanted = np.where(used, np.maximum(extent / edge if edge > 0.0 else 1.0, 1.0), 1.0)
         cells[:dimension] = np.minimum(wanted, len(nodes)).astype(np.int64)
-    buckets = Buckets(cells, np.zeros(3), np.ones(3), np.zeros(int(cells.prod()) + 1, np.int64), np.zeros(0, np.int32))
+    total = int(cells.prod())
+    buckets = Buckets(
+        cells=cells,
+        lower=np.zeros(3),
+        size=np.ones(3),
+        inverse_size=np.ones(3),
+        first=np.zeros(total + 1, dtype=np.int64),
+        entry=np.zeros(0, dtype=np.int32),
+        reach=np.zeros(total),
+    )
     return fill_buckets(buckets, nodes, support)
 
 
 def nearest_distances(nodes: np.ndarray) -> np.ndarray:
     """Distance from each node to its nearest neighbour [m], shape (N,); the zeta_i of Wobbes 2020, Eq. 88."""
-    return np.asarray(cKDTree(nodes).query(nodes, k=2)[0][:, 1])
+    distances, _ = cKDTree(nodes).query(nodes, k=2)
+    return np.asarray(distances)[:, 1]
