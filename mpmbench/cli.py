@@ -14,12 +14,12 @@ from typing import Any
 
 from mpmbench import __version__
 from mpmbench.runs.arguments import split
-from mpmbench.runs.schema import BadInput, experiments, options, shipped_folder
+from mpmbench.runs.schema import GROUPS, BadInput, experiments, options, shipped_folder
 
 # A new command is one entry: its function takes the remaining arguments, returns the exit code, and is imported on use.
 VERBS = {
     "list": ("mpmbench.runs.listing:main", "[NAME]", "what there is, or what applies to one problem"),
-    "status": ("mpmbench.runs.status:main", "[RESULTS | KEY=VALUE...]", "what is finished, stale, failed or missing"),
+    "status": ("mpmbench.runs.status:main", "[RESULTS | KEY=VALUE]", "what is finished, stale, failed or missing"),
     "report": ("mpmbench.runs.reporting:main", "RESULTS", "write the report of a folder of results"),
     "warmup": ("mpmbench.runs.warmup:main", "[KEY=VALUE...]", "compile the kernels that a sweep needs beforehand"),
 }
@@ -87,8 +87,10 @@ def help_text() -> str:
     lines = (shipped_folder("conf") / "config.yaml").read_text(encoding="utf-8").split("# The discretisation\n")[1]
     return HELP.format(
         experiments=", ".join(experiments()),
-        verbs="\n".join(f"  python -m mpmbench {f'{verb} {what}'.ljust(33)} {text}" for verb, (_, what, text) in VERBS.items()),
-        options="\n".join(f"  {group}=".ljust(14) + ", ".join(options(group)) for group in ("method", "basis", "material", "problem")),
+        verbs="\n".join(
+            f"  python -m mpmbench {verb + ' ' + what:<27}{text}" for verb, (_, what, text) in VERBS.items()
+        ),
+        options="\n".join(f"  {group}=".ljust(14) + ", ".join(options(group)) for group in GROUPS),
         keys="".join(f"  {line}\n" if line else "" for line in lines.split("\n# For experiments")[0].splitlines()),
     )
 
@@ -116,7 +118,7 @@ def run(flags: list[str], pairs: list[str]) -> int:
 
     compose.sweeping.announce = lambda plan: print(display.plan_line(plan), flush=True)
     interrupted = False
-    with tempfile.TemporaryDirectory(prefix="mpmbench-") as ledger, terminated_like_interrupted():
+    with tempfile.TemporaryDirectory(prefix="mpmbench-") as ledger, TerminatedLikeInterrupted():
         os.environ["MPMBENCH_LEDGER"] = ledger
         try:
             compose.call_hydra(run_case, flags, pairs)
@@ -155,7 +157,7 @@ def run_composed(config: Any) -> None:
 
     from mpmbench.runs import display, execute, settings, sweep
 
-    hydra = HydraConfig.get()
+    hydra: Any = HydraConfig.get()
     number = hydra.job.get("num", 0)
     stop = sweep.ledger() / "stop"
     if stop.exists():
@@ -177,7 +179,7 @@ def run_composed(config: Any) -> None:
         stop.touch()
 
 
-class terminated_like_interrupted:
+class TerminatedLikeInterrupted:
     """While active, a request to terminate ends the running case as Ctrl-C does, with its record."""
 
     def __enter__(self) -> None:
@@ -188,5 +190,3 @@ class terminated_like_interrupted:
 
     def __exit__(self, *error: object) -> None:
         signal.signal(signal.SIGTERM, self.before)
-
-

@@ -1,0 +1,1 @@
+"""From the command line to a result file: settings, processes, files and provenance."""

@@ -52,7 +52,10 @@ def open_campaign(path: str | Path) -> xr.Dataset:
     coordinates = {axis: _sorted({setting.get(axis) for setting in settings}) for axis in axes}
     shape = tuple(len(values) for values in coordinates.values())
     position = {axis: {value: i for i, value in enumerate(values)} for axis, values in coordinates.items()}
-    text = {name: np.full(shape, filler, dtype=object) for name, filler in (("status", "missing"), ("reason", ""), ("file", ""))}
+    text = {
+        name: np.full(shape, filler, dtype=object)
+        for name, filler in (("status", "missing"), ("reason", ""), ("file", ""))
+    }
     numbers: dict[str, np.ndarray] = {}
     labels: dict[str, dict[str, str]] = {}
     for setting, (attributes, scalars, file) in zip(settings, runs, strict=True):
@@ -85,7 +88,9 @@ def flat_settings(attributes: dict[str, Any]) -> dict[str, Any]:
     """Settings of a run by their dotted keys, those of a choice's name by the choice."""
     config = json.loads(attributes["config"])
     flat = dotted({key: value for key, value in config.items() if key not in NOT_PART_OF_A_RUN})
-    named = {key.removesuffix(".name") if key.removesuffix(".name") in GROUPS else key: value for key, value in flat.items()}
+    named = {
+        key.removesuffix(".name") if key.removesuffix(".name") in GROUPS else key: value for key, value in flat.items()
+    }
     return {key: tuple(value) if isinstance(value, list) else value for key, value in named.items()}
 
 
@@ -110,9 +115,13 @@ def _same(key: str, settings: list[dict[str, Any]]) -> bool:
 
 
 def _sorted(values: set[Any]) -> list[Any]:
-    return sorted(values, key=lambda value: (isinstance(value, str), value is None, math.nan if value is None else value))
+    return sorted(
+        values, key=lambda value: (isinstance(value, str), value is None, math.nan if value is None else value)
+    )
 
 
 def _coordinate(values: list[Any]) -> list[Any]:
     """Numbers as they are; a mixture of numbers and words, such as auto, as words."""
-    return values if len({isinstance(value, (int, float)) for value in values}) == 1 else [str(value) for value in values]
+    return (
+        values if len({isinstance(value, (int, float)) for value in values}) == 1 else [str(value) for value in values]
+    )

@@ -21,7 +21,17 @@ from omegaconf import DictConfig, OmegaConf, open_dict
 from omegaconf.errors import OmegaConfBaseException
 
 from mpmbench.runs import settings, sweep
-from mpmbench.runs.schema import GROUPS, BadInput, conf_folders, declared, declared_anywhere, experiments, options, read_yaml, shipped_folder
+from mpmbench.runs.schema import (
+    GROUPS,
+    BadInput,
+    conf_folders,
+    declared,
+    declared_anywhere,
+    experiments,
+    options,
+    read_yaml,
+    shipped_folder,
+)
 
 
 class ExperimentsSource(FileConfigSource):
@@ -70,7 +80,7 @@ def install() -> None:
     plugins.register(ExperimentsSource)
     plugins.register(OptionFolders)
     for sweeper in plugins.discover(Sweeper):
-        sweeper.validate_batch_is_legal = plan_batch  # type: ignore[assignment,method-assign]
+        sweeper.validate_batch_is_legal = plan_batch  # type: ignore[attr-defined]
 
 
 class NothingToRun(Exception):
@@ -153,6 +163,7 @@ def _has(composed: DictConfig, key: str) -> bool:
 
 
 def resolved(composed: DictConfig) -> tuple[dict[str, Any], str]:
+    """Plain configuration of what Hydra composed, and why it does not apply, if so."""
     task = OmegaConf.masked_copy(composed, [str(key) for key in composed if key != "hydra"])
     return settings.resolve(task, composed.hydra)
 

@@ -1,4 +1,4 @@
-"""Environment of the processes that compute: where compiled kernels are kept, and how many threads libraries may start."""
+"""Environment of the processes that compute: where compiled kernels are kept, how many threads libraries start."""
 
 import os
 import shutil

@@ -78,8 +78,8 @@ def check(cells: list[tuple[dict[str, Any], str]]) -> list[dict[str, Any]]:
         if answer["memory"] > allowed:
             what = "limits.memory" if config["limits"]["memory"] else "this machine's memory"
             raise BadInput(
-                f"resolution = {config['resolution']} with {config['particles_per_cell']} particles per cell needs about "
-                f"{answer['memory'] / 1024:.4g} GiB, more than {what} of {allowed / 1024:.4g} GiB"
+                f"resolution = {config['resolution']} with {config['particles_per_cell']} particles per cell needs "
+                f"about {answer['memory'] / 1024:.4g} GiB, more than {what} of {allowed / 1024:.4g} GiB"
             )
     check_folder(result_path(first).parent)
     return list(answers)

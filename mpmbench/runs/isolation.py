@@ -37,17 +37,17 @@ class Server:
 
     control: socket.socket
     process: subprocess.Popen[bytes]
-    environment: dict[str, str]
+    relevant: dict[str, str]  # what it would have to be started anew for
 
     @classmethod
-    def start(cls, environment: dict[str, str]) -> "Server":
+    def start(cls, environment: dict[str, str], relevant: dict[str, str]) -> "Server":
         """Start it; it imports the heavy libraries while the caller goes on."""
         ours, theirs = socket.socketpair()
         command = [sys.executable, "-P", "-m", "mpmbench.runs.server", str(theirs.fileno())]
         descriptors = (theirs.fileno(),)
         process = subprocess.Popen(command, pass_fds=descriptors, env=environment, start_new_session=True)
         theirs.close()
-        return cls(ours, process, environment)
+        return cls(ours, process, relevant)
 
     def child(self) -> "Child":
         """A new child."""
@@ -110,9 +110,7 @@ class Child:
                 elif time.monotonic() >= deadline:
                     raise Ended("timeout", f"stopped at limits.{phase} = {limits[phase]:g} s{self.reached()}")
                 if limits["memory"] is not None and self.memory() > limits["memory"]:
-                    raise Ended(
-                        "out_of_memory", f"stopped at limits.memory = {limits['memory']:g} MiB{self.reached()}"
-                    )
+                    raise Ended("out_of_memory", f"stopped at limits.memory = {limits['memory']:g} MiB{self.reached()}")
         except (EOFError, OSError):
             code = self.end()
             raise Ended("crashed", f"the process {how_it_ended(code)}{self.reached()}") from None
@@ -170,10 +168,11 @@ def warm_up() -> Server:
     global _server, _child
     environment = dict(os.environ)
     prepare(environment)
-    if _server is not None and (_server.process.poll() is not None or _server.environment != environment):
+    relevant = {key: environment.get(key, "") for key in ("NUMBA_CACHE_DIR", "MPMBENCH_PLUGINS")}
+    if _server is not None and (_server.process.poll() is not None or _server.relevant != relevant):
         close()
     if _server is None:
-        _server = Server.start(environment)
+        _server = Server.start(environment, relevant)
     return _server
 
 

@@ -31,7 +31,7 @@ def write(dataset: xr.Dataset, path: Path) -> None:
         dataset.to_netcdf(temporary, engine="netcdf4")
         with open(temporary, "rb+") as file:
             os.fsync(file.fileno())
-        os.replace(temporary, path)
+        temporary.replace(path)
     except RuntimeError as error:  # how the netCDF library reports a full disk
         raise OSError(str(error)) from None
     finally:
@@ -67,12 +67,12 @@ def read_scalars(path: Path) -> tuple[dict[str, Any], dict[str, tuple[Any, dict[
     try:
         with netCDF4.Dataset(path) as file:
             attributes = {name: file.getncattr(name) for name in file.ncattrs()}
-            scalars = {}
+            scalars: dict[str, tuple[Any, dict[str, str]]] = {}
             for name, variable in file.variables.items():
                 if variable.dimensions == ():
                     value = np.ma.filled(variable[...].astype(float), np.nan)[()]
-                    scalars[name] = (value, {key: variable.getncattr(key) for key in ("units", "long_name")
-                                             if key in variable.ncattrs()})
+                    known = [key for key in ("units", "long_name") if key in variable.ncattrs()]
+                    scalars[name] = (value, {key: str(variable.getncattr(key)) for key in known})
     except (OSError, RuntimeError, ValueError) as error:
         raise BadInput(f"{path}: cannot be read as netCDF: {error}") from None
     if "config_hash" not in attributes:

@@ -94,7 +94,12 @@ def declared_anywhere(group: str) -> set[str]:
 
 def whole(value: Any) -> int:
     """A whole number; 100.0 is one too."""
-    if not isinstance(value, (int, float)) or isinstance(value, bool) or not math.isfinite(value) or value != int(value):
+    if (
+        not isinstance(value, (int, float))
+        or isinstance(value, bool)
+        or not math.isfinite(value)
+        or value != int(value)
+    ):
         raise ValueError("a whole number is needed")
     return int(value)
 
@@ -133,7 +138,9 @@ def positive(value: Any, also: str | None = None) -> Any:
 
 def instants(value: Any) -> list[float]:
     """A list of times, sorted."""
-    if not isinstance(value, list) or not all(isinstance(time, (int, float)) and 0 <= time < math.inf for time in value):
+    if not isinstance(value, list) or not all(
+        isinstance(time, (int, float)) and 0 <= time < math.inf for time in value
+    ):
         raise ValueError("times in brackets, as in [0.1,0.2], are needed")
     return sorted({number(time) for time in value})
 

@@ -3,17 +3,20 @@
 from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
 
-from mpmbench.runs.schema import GROUPS, PROBLEM_DEFAULTS, check_types, experiments, read_yaml
+from mpmbench.runs.schema import GROUPS, PROBLEM_DEFAULTS, BadInput, check_types, experiments, read_yaml
 
 
-def resolve(composed: DictConfig, hydra: DictConfig) -> tuple[dict[str, Any], str]:
+def resolve(composed: DictConfig, hydra: Any) -> tuple[dict[str, Any], str]:
     """Plain configuration with the problem's defaults filled in, and the reason why it does not apply, if so.
 
     Parameters
     ----------
     composed : DictConfig
-        The configuration without its ``hydra`` part, which is `hydra`.
+        The configuration without its ``hydra`` part.
+    hydra : DictConfig
+        That part.
 
     Raises
     ------
@@ -23,7 +26,10 @@ def resolve(composed: DictConfig, hydra: DictConfig) -> tuple[dict[str, Any], st
     experiment = hydra.runtime.choices.get("experiments")
     given = [override.partition("=")[0] for override in hydra.overrides.task]
     body = read_yaml(experiments()[experiment]) if experiment in experiments() else {}
-    plain = OmegaConf.to_container(composed, resolve=True)
+    try:
+        plain = OmegaConf.to_container(composed, resolve=True)
+    except OmegaConfBaseException as error:
+        raise BadInput(" ".join(str(error).split())) from None
     assert isinstance(plain, dict)
     return fill({str(key): value for key, value in plain.items()}, {*given, *dotted(body)}, experiment)
 

@@ -63,9 +63,7 @@ class Plan:
         return [*self.to_run, *self.finished, *self.not_applicable]
 
 
-def make_plan(
-    combinations: list[list[str]], compose: Callable[[list[str]], tuple[dict[str, Any], str]]
-) -> Plan:
+def make_plan(combinations: list[list[str]], compose: Callable[[list[str]], tuple[dict[str, Any], str]]) -> Plan:
     """Compose and check every cell, and sort the cells by what is to be done with them.
 
     Parameters
@@ -167,4 +165,3 @@ def read_plan() -> dict[str, Any] | None:
     """The saved plan; None when none was made."""
     file = ledger() / "plan.json"
     return json.loads(file.read_text()) if file.exists() else None
-

@@ -1,8 +1,8 @@
 """What a child process does: check configurations, run one case and leave its file. The heavy libraries load here."""
 
-import os
 import time
 import traceback
+from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -25,8 +25,7 @@ def serve(connection: Connection) -> None:
             name, *arguments = connection.recv()
         except (EOFError, OSError):
             return
-        answer = {"check": check, "run": run, "record": record, "solve": solve_only}[name](connection, *arguments)
-        connection.send(("done", answer))
+        connection.send(("done", ANSWERS[name](connection, *arguments)))
 
 
 def check(connection: Connection, cells: list[tuple[dict[str, Any], str, str]]) -> list[dict[str, Any]]:
@@ -54,7 +53,8 @@ def run(connection: Connection, config: dict[str, Any], attributes: dict[str, An
     started = time.perf_counter()
     forget_peak_memory()
     dataset = solve(config, progress_to(connection))
-    dataset["wall_time"] = ((), time.perf_counter() - started, {"units": "s", "long_name": "wall-clock time of the run"})
+    seconds = time.perf_counter() - started
+    dataset["wall_time"] = ((), seconds, {"units": "s", "long_name": "wall-clock time of the run"})
     dataset["peak_memory"] = ((), peak_memory(), {"units": "MiB", "long_name": "peak resident memory of the process"})
     return finish(dataset, attributes, target)
 
@@ -105,6 +105,9 @@ def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict
     return {"status": status, "reason": reason, "scalars": scalars, "unwritten": unwritten}
 
 
+ANSWERS: dict[str, Callable[..., Any]] = {"check": check, "run": run, "record": record, "solve": solve_only}
+
+
 def progress_to(connection: Connection) -> Any:
     """A progress function that sends the first call and then one message every `REPORT_EVERY` seconds."""
     last = -1.0
@@ -122,7 +125,7 @@ def progress_to(connection: Connection) -> Any:
 def explain(error: Exception) -> str:
     """One line: the error, and the place in the sources where it was raised."""
     frames = traceback.extract_tb(error.__traceback__)
-    place = f" ({os.path.basename(frames[-1].filename)}, line {frames[-1].lineno})" if frames else ""
+    place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
     text = " ".join(str(error).split())
     return f"{type(error).__name__}: {text[:LONGEST_REASON] + '...' if len(text) > LONGEST_REASON else text}{place}"
 

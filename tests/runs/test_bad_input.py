@@ -1,0 +1,81 @@
+"""Bad input: one sentence that names the key, exit code 2, no traceback, no file left, nothing run."""
+
+import pytest
+
+BAD = [  # arguments, what the sentence must contain
+    ("methd=otm", "did you mean method"),
+    ("+basis.foo=1", "+basis.foo=1: keys can be neither added nor removed"),
+    ("~basis", "neither added nor removed"),
+    ("resolution=-3", "resolution = -3: a whole number of at least 1"),
+    ("resolution=abc", "resolution = abc: a whole number"),
+    ("resolution=2.5", "resolution = 2.5: a whole number"),
+    ("resolution=1e9", "GiB, more than this machine's memory"),
+    ("resolution=64 limits.memory=0.01", "GiB, more than limits.memory"),
+    ("resolution=8,16", "several values need -m"),
+    ("resolution=", "a value is needed after resolution="),
+    ("resolution", "neither key=value nor a command"),
+    ("time_step=0", "time_step = 0: a number greater than 0, or auto"),
+    ("time_step=aut", "time_step = aut"),
+    ("end_time=nan", "end_time = nan: a number greater than 0"),
+    ("threads=0", "threads = 0: a whole number from 1 to"),
+    ("basis=maxent basis.d_max=0.5", "basis.d_max = 0.5: a number greater than 1"),
+    ("basis=maxent basis.d_max=abc", "basis.d_max = abc: a finite number is needed"),
+    ("basis=maxent basis.dmax=2", "did you mean basis.d_max"),
+    ("basis=linear basis.degree=2", "the chosen basis has no degree, only bspline has"),
+    ("basis.d_max=[", "this value is not understood"),
+    ("problem=bar_fixed_end", "did you mean bar_fixed_ends"),
+    ("material.poisson_ratio=0.5", "material.poisson_ratio = 0.5"),
+    ("material.young_modulus=inf", "material.young_modulus = inf: a finite number"),
+    ("method=null", "there is no method null"),
+    ("method={}", "a name is needed"),
+    ("method.name=otm", "choose with method="),
+    ("method.mass=lumpd", "method.mass = 'lumpd': one of lumped, consistent"),
+    ("on_error=stopp", "did you mean stop"),
+    ("campaign=../elsewhere", "campaign = ../elsewhere"),
+    ("output_dir=${nowhere}", "nowhere"),
+    ("experiments=quickstrat", "did you mean quickstart"),
+    ("experiments=a,b", "one experiment at a time"),
+    ("--multirn", "did you mean --multirun"),
+    ("--cfg", "--cfg needs a value"),
+    ("--multirun --cfg job", "Only one of"),
+    ("hydra.nonsense=1", "hydra.nonsense"),
+    ("lst", "did you mean list"),
+    ("report nowhere", "there is no such folder"),
+    ("list bar", "no such problem"),
+    ("-m resolution=8,-3", "resolution = -3"),
+    ("-m basis=linear,maxent basis.d_max=0.5", "basis.d_max = 0.5"),
+    ("-m method=mpm,otn", "did you mean otm"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "sentence"), BAD, ids=[arguments for arguments, _ in BAD])
+def test_bad_input_is_one_sentence_and_exit_code_2(command, folder, arguments, sentence):
+    outcome = command(*arguments.split())
+    assert outcome.code == 2
+    assert outcome.err.startswith("mpmbench: ")
+    assert outcome.err.count("\n") == 1
+    assert sentence in outcome.err
+    assert "Traceback" not in outcome.err
+    assert outcome.out == ""
+    assert list(folder.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_the_run(command, folder):
+    (folder / "results").write_text("not a folder")
+    outcome = command("method=mpm")
+    assert (outcome.code, "is not a folder" in outcome.err) == (2, True)
+    assert (folder / "results").read_text() == "not a folder"
+
+
+def test_a_single_run_that_does_not_apply_is_bad_input(command, plugins, folder):
+    outcome = command("problem=failing_bar", "problem.fault=not_applicable")
+    assert outcome.code == 2
+    assert "does not apply: this fault does not apply" in outcome.err
+    assert list(folder.iterdir()) == []
+
+
+def test_windows_is_refused_with_a_sentence(command, monkeypatch):
+    monkeypatch.setattr("sys.platform", "win32")
+    outcome = command("method=mpm")
+    assert outcome.code == 2
+    assert "Windows" in outcome.err
