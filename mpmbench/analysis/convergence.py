@@ -45,7 +45,8 @@ class OrderEstimate:
     floor_probability : float
         Posterior probability that there is a floor (even odds beforehand).
     floor_share : ndarray
-        Share of the floor in the error of each level, shape (L,).
+        Share of the floor in the error of each level, shape (L,); of the predicted floor where none was recognised and
+        the predicted one is most of the finest error.
     used : ndarray of bool
         Levels that the order was fitted to, shape (L,).
     pre_asymptotic : ndarray of bool
@@ -133,7 +134,8 @@ def estimate_order(
     label_unit, error_unit : str
         Units in the verdict.
     predicted_floor : float, optional
-        Known error of the time step; named as the cause when the floor found is within a factor 2 of it.
+        Known error of the time step; named as the cause when the floor found is within a factor 2 of it, or when too
+        few levels show a floor that it predicts.
 
     Raises
     ------
@@ -181,10 +183,13 @@ def estimate_order(
     floor = 0.0
     if probability > 0.5 and last - first >= FLOOR_LEVELS:
         floor = float((posterior.weight[1] * posterior.floor).sum() / probability)
-    share = np.where(used, np.minimum(floor / e, 1.0), 0.0)
+    limit = floor or (predicted_floor if predicted_floor and predicted_floor > 0.5 * e[last - 1] else 0.0)
+    share = np.where(used, np.minimum(limit / e, 1.0), 0.0)
     early = _pre_asymptotic(h, posterior.weight.sum(axis=(0, 1)), first, used)
     # With three levels the mode is an extrapolation of one difference of slopes: the plain slope says what was seen.
-    central = _most_probable(ORDERS, order_weight) if last - first > 3 else fitted_order(h[used], e[used])
+    clear = used & (share < 0.5)
+    plain = fitted_order(h[clear], e[clear]) if clear.sum() > 1 else fitted_order(h[used], e[used])
+    central = plain if count == 3 else _most_probable(ORDERS, order_weight)
     order = min(max(central, low), high)
     found = OrderEstimate(order, low, high, floor, probability, share, used, early, local, posterior.misfit)
     return replace(found, verdict=_sentence(found, names, label_unit, error_unit, predicted_floor))
@@ -326,6 +331,10 @@ def _sentence(
         if predicted_floor and 0.5 < found.floor / predicted_floor < 2.0:
             cause = f"the time step limits (predicted {predicted_floor:.2g} {error_unit})"
         parts.append(f"below {found.floor:.2g} {error_unit} {cause}")
+    elif found.floor_share.any():
+        limited = _span([names[k] for k in used if found.floor_share[k] >= 0.5])
+        predicted = f"(predicted {predicted_floor:.2g} {error_unit})"
+        parts.append(f"at {limited} {label_unit} most of the error is that of the time step {predicted}")
     early = [names[k] for k in np.flatnonzero(found.pre_asymptotic)]
     if early:
         parts.append(f"pre-asymptotic at {_span(early)} {label_unit}")

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter, NullLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 from mpmbench.analysis.convergence import OrderEstimate, order_with_interval
 from mpmbench.report import style
@@ -17,6 +18,7 @@ from mpmbench.report.series import Series, Study, series_name, variant_name
 SQUARE = 2.8  # height of a figure without its legend [in]
 LEGEND_LINE = 0.145  # height of one line of a legend [in]
 LEGEND_WIDTH = 54  # characters
+MOST_FLOORS = 3  # predicted floors that a legend lists one by one
 MOST_ENTRIES = 12  # curves that a legend lists one by one
 Orders = dict[str, OrderEstimate]
 
@@ -52,7 +54,12 @@ def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
         handles += _temporal_floor(axes, study)
     if study.axis.power is not None:
         _slope_triangles(axes, study, quantity, orders)
-    handles += _failed_handle(study)
+    failed = _failed_handle(study)
+    if failed:
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high * (high / low) ** 0.09)
+    handles += failed
+    _log_ticks(axes.yaxis)
     _ticks_at_values(axes, study.values())
     axes.set_xlabel(study.axis.label)
     axes.set_ylabel(quantity_label(study, quantity))
@@ -78,6 +85,8 @@ def work_precision(study: Study, quantity: str) -> tuple[Figure, bool] | None:
         runs = _timed(one, quantity, exclusive)
         look = style.line(one.method, one.basis, one.rank)
         handles += axes.loglog(runs.solver_time, runs[quantity], label=one.label, **look)
+    _log_ticks(axes.xaxis)
+    _log_ticks(axes.yaxis)
     axes.set_xlabel("solver time [s]")
     axes.set_ylabel(quantity_label(study, quantity))
     if not exclusive:
@@ -172,14 +181,17 @@ def _temporal_floor(axes: Axes, study: Study) -> list[Line2D]:
             return []
         label = "predicted floor of the time step"
         return axes.loglog(pairs.time_step, pairs.predicted_temporal_floor, label=label, **look)
+    levels = runs.drop_duplicates("predicted_temporal_floor").sort_values("time_step")
+    each = len(levels) <= MOST_FLOORS
     handles = []
-    levels = runs.assign(step=runs.time_step.map("{:.3g}".format)).drop_duplicates(["step"]).sort_values("time_step")
-    for k, (step, floor) in enumerate(zip(levels.step, levels.predicted_temporal_floor, strict=True)):
-        if k == 4:
-            break
-        handle = axes.axhline(floor, label=f"predicted floor of the time step {step} s: {floor:.3g} m", **look)
-        handles.append(handle)
-    return handles
+    for step, floor in zip(levels.time_step, levels.predicted_temporal_floor, strict=True):
+        label = (
+            f"predicted floor of the time step {step:.3g} s: {floor:.3g} m"
+            if each
+            else "predicted floors of the time steps"
+        )
+        handles.append(axes.axhline(floor, label=label, **look))
+    return handles if each else handles[:1]
 
 
 def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) -> None:
@@ -211,6 +223,15 @@ def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) ->
         axes.fill([start, end, start], [base, tip, tip], facecolor="#eeeeee", edgecolor="#777777", lw=0.6, zorder=1)
         inside = start * (end / start) ** 0.12, tip * (base / tip) ** 0.24
         axes.text(*inside, str(whole), ha="left" if end > start else "right", va="center", size=7, color="#444444")
+
+
+def _log_ticks(axis: Axis) -> None:
+    """Powers of ten; 1, 2 and 5 times them where the axis spans little more than a decade."""
+    low, high = sorted(axis.get_view_interval())
+    axis.set_minor_formatter(NullFormatter())
+    if high < 20.0 * low:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
 def _ticks_at_values(axes: Axes, values: list[float]) -> None:

@@ -202,7 +202,11 @@ def _add_convergence(
     what = quantity.removeprefix("error_").removesuffix("_rms")
     axis = study.axis.key.split(".")[-1]
     title = f"{what.capitalize()} error" + ("" if axis == "resolution" else f" against {axis.replace('_', ' ')}")
-    caption = "Orders p with 95 % intervals; triangles show whole orders." if orders else ""
+    caption = (
+        "Orders p with 95 % intervals; triangles show whole orders."
+        if any(len(o.local) for o in orders.values())
+        else ""
+    )
     if any((study.runs.status != "ok") & (study.runs.status != "not_applicable")):
         caption += " Crosses: runs that failed; they enter no fit."
     stem = f"{study.problem}-convergence_{what}" + ("" if axis == "resolution" else f"-{axis}")
@@ -238,6 +242,7 @@ def _render(campaign: Campaign, sections: list[Section]) -> str:
         str(key): sorted({str(value) for value in campaign.provenance[key].dropna()})
         for key in sorted(map(str, campaign.provenance))
     }
+    codes = origin.pop("code_hash", [])
     return environment.get_template("page.html.jinja").render(
         title=campaign.folder.resolve().name,
         counts=counts,
@@ -245,5 +250,6 @@ def _render(campaign: Campaign, sections: list[Section]) -> str:
         unreadable=campaign.unreadable,
         sections=sections,
         provenance=origin,
+        code_versions=len(codes),
         interval_meaning=INTERVAL_MEANING,
     )

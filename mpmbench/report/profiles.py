@@ -61,7 +61,13 @@ def final_fields(study: Study) -> tuple[float, list[Field]]:
     choice = affordable or {min(finest): finest[min(finest)]}
     most = max(len(group) for group in choice.values())
     value = min((v for v, group in choice.items() if len(group) == most), key=lambda v: v**power)
-    fields = [_field(study, one, file) for one, file, _ in choice[value][:MOST_PANELS]]
+    shown: dict[tuple[str, str], int] = {}
+    candidates: list[tuple[int, int, Series, str]] = []
+    for one, file, _ in choice[value]:  # every method and basis before the second variant of any
+        turn = shown[one.method, one.basis] = shown.get((one.method, one.basis), -1) + 1
+        candidates.append((turn, len(candidates), one, file))
+    kept = sorted(sorted(candidates, key=lambda entry: entry[:2])[:MOST_PANELS], key=lambda entry: entry[1])
+    fields = [_field(study, one, file) for _, _, one, file in kept]
     return value, [field for field in fields if field is not None]
 
 

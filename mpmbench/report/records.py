@@ -13,7 +13,18 @@ import xarray as xr
 ATTRIBUTES = ("status", "problem", "method", "basis", "material", "mass", "timing_context", "reason", "config_hash")
 NUMBERS = ("resolution", "time_step", "particles_per_cell")
 BOOKKEEPING = {  # keys that say where, when and how patiently something ran, not what was computed
-    *("output_dir", "campaign", "on_error", "rerun", "timing", "report", "experiments", "config_hash"),
+    *(
+        "output_dir",
+        "campaign",
+        "on_error",
+        "rerun",
+        "timing",
+        "report",
+        "experiments",
+        "cases",
+        "seed",
+        "snapshot_times",
+    ),
     *(f"{kind}{name}" for kind in ("method", "basis", "problem") for name in ("", ".name", "._name_")),
 }
 
@@ -137,4 +148,6 @@ def _is_bookkeeping(key: str) -> bool:
 
 
 def _is_provenance(key: str) -> bool:
-    return key in ("git_commit", "git_dirty", "python", "host", "cpu", "threads") or key.endswith("version")
+    return key in ("git_commit", "git_dirty", "code_hash", "python", "host", "cpu", "threads") or key.endswith(
+        "version"
+    )

@@ -97,7 +97,7 @@ def orders(study: Study, estimates: dict[str, dict[str, OrderEstimate]]) -> Tabl
     for quantity, by_label in estimates.items():
         for one in study.series:
             runs = one.finite(quantity)
-            if one.label not in by_label or runs.empty:
+            if one.label not in by_label or runs.axis_value.nunique() < 2:
                 continue
             found = by_label[one.label]
             levels = [Cell(f"{value:g}", (str(file),)) for file, value in runs.axis_value.items()]

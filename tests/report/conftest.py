@@ -1,11 +1,16 @@
-"""Synthetic result files with the layout that the run layer promises; no solver is involved."""
+"""Synthetic result files with the layout that the run layer promises; no solver is involved.
+
+The fixtures hand out the functions, so that no test module has to import from this file.
+"""
 
 import hashlib
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 import xarray as xr
 
 MATERIAL = {"name": "linear_elastic", "young_modulus": 4000.0, "poisson_ratio": 0.0, "density": 1.0}
@@ -23,7 +28,7 @@ UNITS = {
 FLOOR = 2.764e-10
 
 
-def write_run(
+def make_run(
     folder: Path,
     method: str = "mpm",
     basis: str = "linear",
@@ -42,6 +47,7 @@ def write_run(
     dimension: int = 1,
     snapshot: bool = True,
     scalars: dict[str, float] | None = None,
+    code_hash: str = "aaaa",
 ) -> Path:
     """Write one result file whose displacement error is ``constant * resolution**-order + floor`` [m]."""
     extra = settings or {}
@@ -83,7 +89,7 @@ def write_run(
     } | (scalars or {})
     variables: dict[str, Any] = {}
     if status != "ok":
-        values = {"steps": 7.0, "time_reached": 7e-5}
+        values = {"steps": 7.0, "time_reached": 7e-5} | (scalars or {})
         snapshot = False
     for name, value in values.items():
         attributes = {"units": UNITS.get(name, "1"), "long_name": name.replace("_", " ")}
@@ -111,7 +117,8 @@ def write_run(
         "particles_per_cell": particles_per_cell,
         "mpmbench_version": "0.1.0",
         "git_commit": "0" * 40,
-        "git_dirty": 0,
+        "git_dirty": "no",
+        "code_hash": code_hash,
         "python": "3.11.9",
         "numpy_version": "2.0.0",
         "host": "synthetic",
@@ -150,7 +157,7 @@ def _fields(particles: int, dimension: int, error: float) -> dict[str, Any]:
     }
 
 
-def write_quickstart(folder: Path, timing_context: str = "exclusive") -> None:
+def make_quickstart(folder: Path, timing_context: str = "exclusive") -> None:
     """Five curves on the bar at 8 to 64 cells, one failed run and one that does not apply."""
     curves = [
         ("mpm", "linear", "lumped", 2.0, 7e-4),
@@ -162,7 +169,7 @@ def write_quickstart(folder: Path, timing_context: str = "exclusive") -> None:
     for method, basis, mass, order, constant in curves:
         for resolution in (8, 16, 32, 64):
             failed = (method, resolution) == ("unified", 64)
-            write_run(
+            make_run(
                 folder,
                 method,
                 basis,
@@ -174,6 +181,18 @@ def write_quickstart(folder: Path, timing_context: str = "exclusive") -> None:
                 status="broke_down" if failed else "ok",
                 reason="particle 3 left the end knots at step 7 (t = 7e-05 s)" if failed else "",
             )
-    write_run(
+    make_run(
         folder, "gmm", "bspline", 8, status="not_applicable", reason="gmm needs nodes of its own, bspline has knots"
     )
+
+
+@pytest.fixture
+def write_run() -> Callable[..., Path]:
+    """The function `make_run`."""
+    return make_run
+
+
+@pytest.fixture
+def write_quickstart() -> Callable[..., None]:
+    """The function `make_quickstart`."""
+    return make_quickstart

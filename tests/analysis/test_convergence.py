@@ -1,0 +1,157 @@
+"""Orders of convergence: exact on exact powers, honest intervals on 2000 synthetic cases, verdicts in plain words."""
+
+import numpy as np
+import pytest
+
+from mpmbench.analysis.convergence import estimate_order, fitted_order, local_orders, order_with_interval
+
+CELLS = 2.0 ** np.arange(3, 10)  # 8 to 512
+
+
+def synthetic(generator, floor_kind):
+    """Errors of C h^p (1 + a h) + floor with 2 % log-normal noise: sizes, errors, p, floor.
+
+    p 1 to 4, |a h| at the coarsest level up to 0.5, 4 to 7 levels. Kind "level": no floor, or one that equals the
+    error of any level from the finest up to the third from the coarse end, with equal odds. Kind "size": none in
+    three cases of ten, otherwise any value that makes at least a fifth of the finest error, up to the third level's.
+    """
+    levels = generator.integers(4, 8)
+    order, drift = generator.uniform(1.0, 4.0), generator.uniform(-0.5, 0.5)
+    h = 1.0 / CELLS[:levels]
+    clean = 10.0 ** generator.uniform(-8, 0) * h**order * (1.0 + drift * h / h[0])
+    if floor_kind == "level":
+        from_level = generator.integers(2, levels + 1)
+        floor = clean[from_level] if from_level < levels else 0.0
+    else:
+        floor = generator.uniform(clean[-1] / 4.0, clean[2]) if generator.random() < 0.7 else 0.0
+    return h, (clean + floor) * np.exp(0.02 * generator.standard_normal(levels)), order, floor
+
+
+def score(seed, cases, floor_kind):
+    """Share of intervals that hold p, median width, share of floors recognised (and of none where there is none)."""
+    generator = np.random.default_rng(seed)
+    covered, width, recognised = [], [], []
+    for _ in range(cases):
+        h, e, order, floor = synthetic(generator, floor_kind)
+        found = estimate_order(h, e)
+        covered.append(found.low <= order <= found.high)
+        width.append(found.high - found.low)
+        recognised.append((found.floor > 0) == (floor > 0))
+    return np.mean(covered), np.median(width), np.mean(recognised)
+
+
+def test_interval_covers_the_order_and_floors_are_recognised():
+    covered, width, recognised = score(seed=2020, cases=2000, floor_kind="level")
+    assert covered >= 0.93
+    assert width <= 0.3
+    assert recognised >= 0.95
+    assert covered < 0.995, "an interval that always covers is wider than it says"
+
+
+def test_interval_covers_the_order_with_floors_of_any_size():
+    covered, _, recognised = score(seed=7, cases=500, floor_kind="size")
+    assert covered >= 0.93
+    assert recognised >= 0.95
+
+
+@pytest.mark.parametrize("order", [0.5, 1.0, 2.0, 3.5])
+def test_exact_powers_give_their_order(order):
+    h = 1.0 / CELLS
+    assert fitted_order(h, 3e-5 * h**order) == pytest.approx(order, abs=1e-12)
+    assert local_orders(h, 3e-5 * h**order) == pytest.approx(np.full(6, order), abs=1e-12)
+
+
+def test_estimate_of_an_exact_power_is_sharp_and_has_no_floor():
+    found = estimate_order(1.0 / CELLS, 3e-5 * CELLS**-3.0, labels=CELLS.astype(int))
+    assert found.order == pytest.approx(3.0, abs=0.02)
+    assert found.high - found.low < 0.1
+    assert found.floor == 0.0
+    assert not found.pre_asymptotic.any()
+    assert found.verdict.endswith("over 8..512 cells")
+
+
+def test_order_and_scale_of_the_data_do_not_matter():
+    h, e, *_ = synthetic(np.random.default_rng(3), "level")
+    found = estimate_order(h, e)
+    for other in (estimate_order(h[::-1], e[::-1]), estimate_order(1e3 * h, e), estimate_order(h, 1e9 * e)):
+        assert (other.low, other.high) == pytest.approx((found.low, found.high), rel=1e-9)
+
+
+def test_floor_is_measured_and_explained_by_the_predicted_one():
+    e = 1e-4 * CELLS**-3.5 + 2.76e-10
+    found = estimate_order(1.0 / CELLS, e, labels=CELLS.astype(int), predicted_floor=2.764e-10)
+    assert found.floor == pytest.approx(2.76e-10, rel=0.05)
+    assert found.low < 3.5 < found.high
+    assert found.floor_share[0] < 0.05 and found.floor_share[-1] > 0.9
+    assert "below 2.8e-10 m the time step limits (predicted 2.8e-10 m)" in found.verdict
+    elsewhere = estimate_order(1.0 / CELLS, e, predicted_floor=1e-12)
+    assert "the errors level off" in elsewhere.verdict and "time step" not in elsewhere.verdict
+
+
+def test_drift_marks_coarse_levels_as_pre_asymptotic():
+    h = 1.0 / CELLS
+    found = estimate_order(h, h**3 * (1.0 + 0.5 * h / h[0]), labels=CELLS.astype(int))
+    assert found.low < 3.0 < found.high
+    assert found.pre_asymptotic[0] and not found.pre_asymptotic[-1]
+    assert "pre-asymptotic at 8" in found.verdict
+
+
+def test_errors_that_rise_again_are_left_out_and_named():
+    e = 1e-4 * CELLS**-2.0
+    e[5:] *= 8.0, 40.0
+    found = estimate_order(1.0 / CELLS, e, labels=CELLS.astype(int))
+    assert found.used.tolist() == [True] * 5 + [False] * 2
+    assert found.order == pytest.approx(2.0, abs=0.02)
+    assert "over 8..128 cells" in found.verdict and "at 256..512 cells the errors leave this line" in found.verdict
+
+
+def test_errors_without_any_order_get_none():
+    found = estimate_order(1.0 / CELLS, 1e-4 * np.array([1.0, 9.0, 0.5, 7.0, 0.3, 6.0, 0.2]))
+    assert np.isnan(found.order) and not found.used.any()
+    assert found.verdict.startswith("no single order")
+
+
+def test_errors_that_do_not_depend_on_the_size_get_none():
+    found = estimate_order(1.0 / CELLS, np.array([1.0, 1.01, 0.99, 1.0, 1.02, 1.0, 1.01]))
+    assert np.isnan(found.order)
+    assert found.verdict.startswith("no order: over")
+
+
+@pytest.mark.parametrize(("levels", "verdict"), [(0, "no finished run"), (1, "one level only"), (2, "two levels")])
+def test_few_levels_state_no_interval(levels, verdict):
+    found = estimate_order(1.0 / CELLS[:levels], CELLS[:levels] ** -2.0)
+    assert np.isnan(found.half_width)
+    assert verdict in found.verdict
+    if levels == 2:
+        assert found.order == pytest.approx(2.0)
+
+
+def test_three_levels_are_wider_than_six_and_say_why():
+    few, many = (estimate_order(1.0 / CELLS[:n], CELLS[:n] ** -2.0) for n in (3, 6))
+    assert few.order == pytest.approx(2.0, abs=1e-9)
+    assert few.half_width > 3.0 * many.half_width
+    assert "cannot exclude a floor" in few.verdict
+    assert "to" in order_with_interval(few) and "±" in order_with_interval(many)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "errors", "message"),
+    [
+        ([0.1, 0.05], [1e-3, 0.0], "positive and finite"),
+        ([0.1, 0.05], [1e-3, np.nan], "positive and finite"),
+        ([0.1, 0.1], [1e-3, 1e-4], "once"),
+        ([0.1, 0.05], [1e-3], "same length"),
+    ],
+)
+def test_bad_data_are_refused(sizes, errors, message):
+    with pytest.raises(ValueError, match=message):
+        estimate_order(sizes, errors)
+    with pytest.raises(ValueError, match="at least 2 levels"):
+        fitted_order([0.1], [1e-3])
+
+
+def test_predicted_floor_that_three_levels_cannot_show_is_named():
+    cells = np.array([8, 16, 32])
+    found = estimate_order(1.0 / cells, [2.42e-8, 2.17e-9, 3.35e-10], labels=cells, predicted_floor=2.764e-10)
+    assert found.order == pytest.approx(3.48, abs=0.01), "the slope that the time step bends is left out"
+    assert "at 32 cells most of the error is that of the time step (predicted 2.8e-10 m)" in found.verdict

@@ -1,0 +1,166 @@
+"""What the figures show: checked on the artists, not on pixels."""
+
+import numpy as np
+import pytest
+
+from mpmbench.report import figures, profiles, style
+from mpmbench.report.records import read_campaign
+from mpmbench.report.series import order_of, studies
+
+DISPLACEMENT = "error_displacement_rms"
+
+
+def draw(folder):
+    (study,) = studies(read_campaign(folder))
+    orders = {one.label: order_of(study, one, DISPLACEMENT) for one in study.series if len(one.finite(DISPLACEMENT))}
+    with style.applied():
+        return study, figures.convergence(study, DISPLACEMENT, orders)
+
+
+def lines(figure):
+    return figure.axes[0].get_lines()
+
+
+def entries(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_curves_carry_method_colour_basis_marker_and_data(tmp_path, write_quickstart):
+    write_quickstart(tmp_path)
+    study, figure = draw(tmp_path)
+    curve = next(line for line in lines(figure) if line.get_marker() == "^")
+    assert curve.get_color() == style.METHOD_COLOURS["otm"]
+    assert curve.get_xdata().tolist() == [8, 16, 32, 64]
+    assert curve.get_ydata() == pytest.approx(6e-5 * np.array([8.0, 16, 32, 64]) ** -3.5 + 2.764e-10)
+    assert figure.axes[0].get_xscale() == figure.axes[0].get_yscale() == "log"
+    assert figure.axes[0].get_ylabel() == "RMS displacement error [m]"
+
+
+def test_legend_states_fitted_orders(tmp_path, write_quickstart):
+    write_quickstart(tmp_path)
+    _, figure = draw(tmp_path)
+    assert any(entry.startswith("MPM, linear: p = 2.0") for entry in entries(figure))
+
+
+def test_predicted_floor_is_drawn_where_the_files_say(tmp_path, write_quickstart):
+    write_quickstart(tmp_path)
+    _, figure = draw(tmp_path)
+    floor = [line for line in lines(figure) if "predicted floor" in line.get_label()]
+    assert len(floor) == 1
+    assert floor[0].get_ydata() == pytest.approx([2.764e-10] * 2)
+
+
+def test_floor_follows_a_swept_time_step(tmp_path, write_run):
+    for step in (4e-5, 2e-5, 1e-5):
+        write_run(tmp_path, time_step=step, constant=0.0, floor=3.0 * step**2)
+    _, figure = draw(tmp_path)
+    (floor,) = [line for line in lines(figure) if "predicted floor" in line.get_label()]
+    assert floor.get_ydata() == pytest.approx(3.0 * np.array([1e-5, 2e-5, 4e-5]) ** 2)
+
+
+def test_failed_runs_are_crosses_and_inapplicable_ones_are_not(tmp_path, write_quickstart):
+    write_quickstart(tmp_path)
+    _, figure = draw(tmp_path)
+    crosses = [line for line in lines(figure) if line.get_marker() == "x"]
+    assert [(line.get_color(), list(line.get_xdata())) for line in crosses] == [(style.METHOD_COLOURS["unified"], [64])]
+    assert "failed (colour of the method)" in entries(figure)
+    assert not any("GMM" in entry for entry in entries(figure))
+
+
+def test_slope_triangles_have_their_slope(tmp_path, write_quickstart):
+    write_quickstart(tmp_path)
+    _, figure = draw(tmp_path)
+    labels = [text.get_text() for text in figure.axes[0].texts]
+    assert labels == ["2", "3"]
+    for triangle, order in zip(figure.axes[0].patches, (2, 3), strict=True):
+        (x0, y0), (x1, y1) = triangle.get_xy()[:2]
+        assert np.log(y0 / y1) / np.log(x1 / x0) == pytest.approx(order)
+
+
+def test_many_curves_share_a_short_legend(tmp_path, write_run):
+    for method in ("mpm", "otm"):
+        for step in np.geomspace(1e-6, 1e-5, 8):
+            for resolution in (8, 16):
+                write_run(tmp_path, method, resolution=resolution, time_step=float(f"{step:.2g}"))
+    _, figure = draw(tmp_path)
+    assert len([line for line in lines(figure) if line.get_marker() == "o"]) == 16
+    assert entries(figure)[:2] == ["MPM, linear", "OTM, linear"]
+    assert sum("time step" in entry and "predicted" not in entry for entry in entries(figure)) == 8
+
+
+def test_nothing_is_drawn_without_a_finished_run(tmp_path, write_run):
+    write_run(tmp_path, status="crashed", reason="boom")
+    study, figure = draw(tmp_path)
+    assert figure is None
+    assert figures.work_precision(study, DISPLACEMENT) is None
+    assert profiles.final_fields(study)[1] == []
+
+
+def test_work_precision_prefers_exclusive_times(tmp_path, write_run):
+    for resolution in (8, 16, 32):
+        write_run(tmp_path, resolution=resolution, timing_context="shared" if resolution == 32 else "exclusive")
+    (study,) = studies(read_campaign(tmp_path))
+    figure, exclusive = figures.work_precision(study, DISPLACEMENT)
+    assert exclusive
+    assert lines(figure)[0].get_xdata() == pytest.approx([8e-4, 1.6e-3])
+    assert not figure.axes[0].texts
+
+
+def test_work_precision_marks_shared_times(tmp_path, write_quickstart):
+    write_quickstart(tmp_path, timing_context="shared")
+    (study,) = studies(read_campaign(tmp_path))
+    figure, exclusive = figures.work_precision(study, DISPLACEMENT)
+    assert not exclusive
+    assert [text.get_text() for text in figure.axes[0].texts] == ["machine shared with other runs"]
+
+
+def test_stress_profile_compares_particles_with_the_exact_solution_in_black(tmp_path, write_quickstart):
+    write_quickstart(tmp_path)
+    (study,) = studies(read_campaign(tmp_path))
+    value, fields = profiles.final_fields(study)
+    assert value == 32, "the finest level that all curves finished"
+    with style.applied():
+        figure = profiles.stress_profile(fields)
+    exact, particles = figure.axes[0].get_lines()
+    assert exact.get_color() == "black"
+    assert particles.get_color() == style.METHOD_COLOURS["mpm"]
+    initial = fields[0].initial[:, 0]
+    assert exact.get_ydata() == pytest.approx(100.0 * np.cos(np.pi * np.sort(initial)))
+    assert exact.get_xdata() == pytest.approx(np.sort(initial + 1e-2 * np.sin(np.pi * initial)))
+
+
+def test_profiles_of_many_variants_show_every_method(tmp_path, write_run):
+    for step in np.geomspace(1e-6, 1e-5, 14):
+        write_run(tmp_path, "mpm", time_step=float(step))
+    write_run(tmp_path, "otm")
+    for resolution in (8, 16):
+        write_run(tmp_path, "otm", resolution=resolution, time_step=1e-6)
+    (study,) = studies(read_campaign(tmp_path))
+    _, fields = profiles.final_fields(study)
+    assert {field.series.method for field in fields} == {"mpm", "otm"}
+    assert len(fields) == profiles.MOST_PANELS
+
+
+def test_plane_problem_has_a_line_and_a_map(tmp_path, write_run):
+    for resolution in (8, 16):
+        write_run(tmp_path, resolution=resolution, dimension=2, particles_per_cell=16, problem="plate_axis_aligned")
+    (study,) = studies(read_campaign(tmp_path))
+    _, fields = profiles.final_fields(study)
+    with style.applied():
+        profile, chart = profiles.stress_profile(fields), profiles.particle_map(fields)
+    assert len(profile.axes[0].get_lines()[1].get_xdata()) == 64, "one row of particles"
+    assert len(chart.axes[0].collections[0].get_offsets()) == 64**2
+    assert "x_2" in chart.get_supylabel()
+
+
+@pytest.mark.parametrize("layout", ["grid", "scattered"])
+def test_line_of_particles_is_a_thin_sorted_row(layout):
+    if layout == "grid":
+        axis = (np.arange(20) + 0.5) / 20
+        points = np.stack([part.ravel() for part in np.meshgrid(axis, axis, indexing="ij")], axis=1)
+    else:
+        points = np.random.default_rng(0).random((400, 2))
+    row = profiles.line_of_particles(points)
+    assert 10 <= len(row) <= 40
+    assert np.all(np.diff(points[row, 0]) >= 0)
+    assert np.all(np.abs(points[row, 1] - 0.5) <= 0.03)
