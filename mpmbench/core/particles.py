@@ -1,6 +1,6 @@
 """Particles (material points): plain arrays, and where they start."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -34,6 +34,8 @@ class Particles:
         History variables of the material, shape (P, n).
     tracers : int
         Number of massless points at the end of all arrays.
+    a : ndarray
+        Accelerations [m/s^2], shape (P, dim), which implicit methods need for their next step.
     """
 
     X: np.ndarray
@@ -48,6 +50,11 @@ class Particles:
     b: np.ndarray
     state: np.ndarray
     tracers: int = 0
+    a: np.ndarray = field(default_factory=lambda: np.zeros((0, 1)))
+
+    def __post_init__(self) -> None:
+        if len(self.a) == 0:
+            self.a = np.zeros_like(self.v)
 
     @classmethod
     def at_rest(

@@ -7,12 +7,10 @@ from typing import Any
 import numpy as np
 
 from mpmbench.core.bases import Basis
-from mpmbench.core.mass import ConsistentMass, LumpedMass
+from mpmbench.core.mass import Mass
 from mpmbench.core.materials import Material
 from mpmbench.core.methods import Choices
 from mpmbench.core.particles import Particles
-
-Mass = LumpedMass | ConsistentMass
 
 
 @dataclass
@@ -75,6 +73,12 @@ class State:
         Work of body force, traction and prescribed motion so far [J].
     traction_particle : ndarray of int
         Particle or tracer on which each point load acts.
+    workspace : object
+        What a time loop keeps allocated between its steps.
+    records : dict of list
+        What a time loop has to say about its steps, by name: one number or array per step.
+    observe : callable or None
+        ``observe(state)`` gives further time series of the problem, by name; called when history is sampled.
     """
 
     particles: Particles
@@ -91,6 +95,13 @@ class State:
     initial_nodes: np.ndarray = field(default_factory=lambda: np.zeros((0, 1)))
     law: Any = None
     axes: tuple[float, ...] = ()
+    workspace: Any = None
+    records: dict[str, list[Any]] = field(default_factory=dict)
+    observe: Callable[["State"], dict[str, Any]] | None = None
+
+    def record(self, name: str, value: Any) -> None:
+        """Note a number or array about the step being done."""
+        self.records.setdefault(name, []).append(value)
 
     def __post_init__(self) -> None:
         self.law = self.material.law

@@ -30,6 +30,35 @@ def cauchy_stress(
     raise NotImplementedError
 
 
+def kirchhoff_stress(
+    law: Any,
+    axes: Any,
+    increment: np.ndarray,
+    F: np.ndarray,
+    old: np.ndarray,
+    state: np.ndarray,
+    tau: np.ndarray,
+    moduli: np.ndarray,
+) -> None:
+    """Write the Kirchhoff stress [Pa], its spatial moduli [Pa] and the new history.
+
+    The moduli are those of the first Piola-Kirchhoff stress pushed forward, ``dP F^T = a : grad du``, so that
+    ``a_icjd = c_icjd + delta_ij tau_cd`` with the moduli c of the Lie derivative of tau; the geometric part is in them.
+
+    Parameters
+    ----------
+    law, axes
+        As in `cauchy_stress`.
+    increment, F : ndarray
+        Deformation gradients of the step and in total, shape (dim, dim).
+    old, state : ndarray
+        History at the start of the step, which stays as it is, and at this iterate.
+    tau, moduli : ndarray
+        Written; shapes (dim, dim) and (dim, dim, dim, dim).
+    """
+    raise NotImplementedError
+
+
 def energy_density(law: Any, axes: Any, F: np.ndarray, state: np.ndarray) -> float:
     """Stored energy per reference volume [J/m^3]."""
     raise NotImplementedError
@@ -42,6 +71,7 @@ class Material(Protocol):
     history: ClassVar[int]  # number of history variables per particle
     symmetric: ClassVar[bool]  # the Cauchy stress is symmetric and objective: angular momentum is conserved
     conserves_energy: ClassVar[bool]  # the work of the stress is stored
+    symmetric_tangent: Any  # the moduli have major symmetry (bool)
 
     @property
     def law(self) -> Any:

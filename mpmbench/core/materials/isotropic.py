@@ -33,6 +33,7 @@ class IsotropicElastic:
     history: ClassVar[int] = 0
     symmetric: ClassVar[bool] = True
     conserves_energy: ClassVar[bool] = True
+    symmetric_tangent: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         require(self.young_modulus > 0.0, "young_modulus", self.young_modulus, "a positive number [Pa]")

@@ -6,7 +6,7 @@ import numpy as np
 
 from mpmbench.core.algebra import determinant
 from mpmbench.core.compiled import implements
-from mpmbench.core.materials import cauchy_stress, energy_density
+from mpmbench.core.materials import cauchy_stress, energy_density, kirchhoff_stress
 from mpmbench.core.materials.isotropic import IsotropicElastic, Lame
 from mpmbench.core.registry import register
 
@@ -36,6 +36,32 @@ def _stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
             for k in range(len(axes)):
                 b += F[i, k] * F[j, k]
             sigma[i, j] = law.shear * inverse_J * b + (pressure_part if i == j else 0.0)
+
+
+@implements(kirchhoff_stress, NeoHookeanLaw)
+def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignore[no-untyped-def]
+    """``tau = lambda ln J I + mu (b - I)`` and ``c = lambda I (x) I + 2 (mu - lambda ln J) I_sym``."""
+    dim = len(axes)
+    volumetric = law.lame * np.log(determinant(axes, F))
+    for i in range(dim):
+        for j in range(dim):
+            b = 0.0
+            for k in range(dim):
+                b += F[i, k] * F[j, k]
+            tau[i, j] = law.shear * b + (volumetric - law.shear if i == j else 0.0)
+    shear = law.shear - volumetric
+    for i in range(dim):
+        for c in range(dim):
+            for j in range(dim):
+                for d in range(dim):
+                    value = tau[c, d] if i == j else 0.0
+                    if i == c and j == d:
+                        value += law.lame
+                    if i == j and c == d:
+                        value += shear
+                    if i == d and c == j:
+                        value += shear
+                    moduli[i, c, j, d] = value
 
 
 @implements(energy_density, NeoHookeanLaw)

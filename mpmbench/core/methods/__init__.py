@@ -18,9 +18,10 @@ class Choices:
     name : str
         Name of the preset.
     time : str
-        Time loop: ``explicit`` (symplectic Euler, leapfrog).
-    nodes : {"fixed", "moving"}
-        Whether the nodes keep their places (MPM) or move with the material (OTM, unified).
+        Time loop: ``explicit`` (symplectic Euler, leapfrog), ``static`` (load steps) or ``newmark``.
+    nodes : {"fixed", "moving", "reset"}
+        Whether the nodes keep their places (MPM) or move with the material (OTM, unified, GMM, FEM). Those of implicit
+        MPM move during a step and are ``reset`` after it.
     shape_functions : {"updated", "frozen"}
         Evaluated at the current positions in every step, or once: particles then keep their functions and gradients
         are pushed forward by F (Lagrangian kernels).
@@ -35,6 +36,23 @@ class Choices:
         Degrees of freedom with less than this many particle masses are left out.
     traction : {"end_point", "last_particle"}
         Where a point load acts: on a tracked massless end point, or on the last particle.
+    projection : {"lumped", "consistent"}
+        Mass matrix with which implicit MPM takes velocities and accelerations to the nodes (Iaconeta 2017, Eqs. 40-41).
+    dirichlet : {"direct", "multipliers", "penalty"}
+        How implicit methods hold boundary points: by their nodes, or by ``sum_I N_I(x_d) u_I`` for bases that do not
+        interpolate.
+    penalty : float
+        Stiffness of the penalty in Young's moduli.
+    ghost_stiffness : float
+        Stiffness of the cells in use, in Young's moduli, which holds nodes that few particles see.
+    residual_tolerance : float
+        Residual at which Newton's iteration ends, relative to the external force.
+    max_iterations : int
+        Newton's iterations per step.
+    line_search : bool
+        Shorten steps that make the residual grow; those that turn a particle inside out always are.
+    newmark_velocity, newmark_displacement : float
+        Newmark's lambda and zeta (often gamma and beta); 1/2 and 1/4 is the trapezoidal rule.
     """
 
     name: str = "mpm"
@@ -47,6 +65,15 @@ class Choices:
     stress_update: str = "usl"
     mass_cutoff: float = 1e-6
     traction: str = "end_point"
+    projection: str = "lumped"
+    dirichlet: str = "direct"
+    penalty: float = 1e3
+    ghost_stiffness: float = 0.0
+    residual_tolerance: float = 1e-8
+    max_iterations: int = 30
+    line_search: bool = True
+    newmark_velocity: float = 0.5
+    newmark_displacement: float = 0.25
 
     def __post_init__(self) -> None:
         require_option("nodes", self.nodes, ("fixed", "moving", "reset"))
@@ -57,6 +84,18 @@ class Choices:
         require_option("stress_update", self.stress_update, ("usl", "usf", "musl"))
         require(0.0 <= self.mass_cutoff < 1.0, "mass_cutoff", self.mass_cutoff, "a number from 0 to less than 1")
         require_option("traction", self.traction, ("end_point", "last_particle"))
+        require_option("projection", self.projection, ("lumped", "consistent"))
+        require_option("dirichlet", self.dirichlet, ("direct", "multipliers", "penalty"))
+        require(self.penalty > 0.0, "penalty", self.penalty, "a positive number of Young's moduli")
+        require(0.0 <= self.ghost_stiffness < 1.0, "ghost_stiffness", self.ghost_stiffness, "a number from 0 to 1")
+        tolerance, zeta = self.residual_tolerance, self.newmark_displacement
+        require(1e-14 <= tolerance < 1.0, "residual_tolerance", tolerance, "a number from 1e-14 to 1")
+        require(self.max_iterations >= 1, "max_iterations", self.max_iterations, "a whole number >= 1")
+        velocity = self.newmark_velocity
+        require(0.5 <= velocity <= 1.0, "newmark_velocity", velocity, "a number from 0.5 to 1")
+        require(
+            0.5 * velocity <= zeta <= 1.0, "newmark_displacement", zeta, "at least newmark_velocity / 2 (stability)"
+        )
 
     @property
     def flip_weight(self) -> float:

@@ -1,0 +1,75 @@
+"""Ghost stiffness: a faint elastic skeleton of the cells in use, which holds nodes that few particles see.
+
+``eps E int grad N_I . grad N_J`` over the cells with particles acts on the increment of displacement; eps is the key
+``method.ghost_stiffness``.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mpmbench.core.bases import Basis
+from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.bases.tensor import TensorSpline, fill
+from mpmbench.core.compiled import kernel
+from mpmbench.core.errors import NotApplicable
+from mpmbench.core.geometry import tensor_points
+
+
+@dataclass(frozen=True)
+class GhostCells:
+    """Cells with points in them (C of them).
+
+    Attributes
+    ----------
+    point : ndarray of int
+        One point of each cell, whose nodes are those of the cell, shape (C,).
+    laplace : ndarray
+        ``int grad N_I . grad N_J`` over each cell [m^(dim - 2)], shape (C, K, K).
+    """
+
+    point: np.ndarray
+    laplace: np.ndarray
+
+
+class GhostGrid:
+    """Laplace matrices of all cells of a fixed grid, made once."""
+
+    def __init__(self, basis: Basis) -> None:
+        if not isinstance(basis, TensorSpline):
+            raise NotApplicable("method.ghost_stiffness > 0 needs a background grid: basis=linear or bspline")
+        abscissae, weight = np.polynomial.legendre.leggauss(basis.degree + 1)
+        dim = len(basis.cells)
+        local = tensor_points([(abscissae + 1.0) / 2.0] * dim)
+        weights = np.prod(tensor_points([weight / 2.0] * dim), axis=1)
+        lower = tensor_points([basis.breaks(d)[:-1] for d in range(dim)])
+        width = tensor_points([np.diff(basis.breaks(d)) for d in range(dim)])
+        points = (lower[:, None, :] + local * width[:, None, :]).reshape(-1, dim)
+        stored = Stencils.empty(len(points), (basis.degree + 1) ** dim, dim)
+        fill(basis.handle, points, stored.size, stored.index, stored.phi, stored.grad_phi)
+        gradient = stored.grad_phi.reshape(len(lower), len(weights), -1, dim)
+        volume = np.prod(width, axis=1)
+        self._table = np.einsum("c,g,cgkd,cgnd->ckn", volume, weights, gradient, gradient)
+        self._cell = np.full(len(basis.nodes), -1, dtype=np.int64)
+        self._cell[stored.index[:: len(weights), 0]] = np.arange(len(lower))
+
+    def cells(self, phi: Stencils) -> GhostCells:
+        """The cells that the points of `phi` are in."""
+        first, point = np.unique(phi.index[:, 0], return_index=True)
+        return GhostCells(point, self._table[self._cell[first]])
+
+
+@kernel
+def add_ghost(phi, point, laplace, stiffness, du, force, tangent, slot, blocks):  # type: ignore[no-untyped-def]
+    """Add ``eps E L du`` to the forces, shape (N, dim), and ``eps E L`` to the blocks."""
+    for c in range(point.shape[0]):
+        p = point[c]
+        for k in range(phi.size[p]):
+            i = phi.index[p, k]
+            for n in range(phi.size[p]):
+                value = stiffness * laplace[c, k, n]
+                for d in range(du.shape[1]):
+                    force[i, d] += value * du[phi.index[p, n], d]
+                if tangent and slot[p, k, n] >= 0:
+                    for d in range(du.shape[1]):
+                        blocks[slot[p, k, n], d, d] += value

@@ -1,0 +1,161 @@
+"""Direct solution of the linear systems: a band by LAPACK, or a sparse factorisation where the band is too wide."""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.linalg.lapack import dgbtrf, dgbtrs, dpbtrf, dpbtrs
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import splu
+
+from mpmbench.core.compiled import kernel
+from mpmbench.core.errors import BrokeDown
+from mpmbench.core.implicit.pattern import Pattern
+
+WIDEST_BAND = 600  # beyond this many entries beside the diagonal SuperLU's nested dissection wins
+
+Solve = Callable[[np.ndarray], np.ndarray]
+
+
+def factorise(pattern: Pattern, blocks: np.ndarray, fixed: np.ndarray) -> Solve:
+    """Factorise the matrix without its fixed rows and columns.
+
+    Parameters
+    ----------
+    pattern : Pattern
+    blocks : ndarray
+        Shape (blocks, dim, dim).
+    fixed : ndarray of bool
+        Components that are known, shape (A, dim); their solution is zero.
+
+    Returns
+    -------
+    callable
+        ``solve(rhs)`` for right-hand sides of shape (A dim,) or (A dim, n); entries of fixed components are ignored.
+
+    Raises
+    ------
+    BrokeDown
+        When the matrix is singular.
+    """
+    left_out = np.ascontiguousarray(fixed.ravel())
+    if pattern.band * blocks.shape[1] > WIDEST_BAND:
+        return _sparse(pattern, blocks, left_out)
+    return _cholesky(pattern, blocks, left_out) or _band(pattern, blocks, left_out)
+
+
+def _masked(solve: Solve, left_out: np.ndarray) -> Solve:
+    def masked(rhs: np.ndarray) -> np.ndarray:
+        right = np.array(rhs, order="F")
+        right[left_out] = 0.0
+        return solve(right)
+
+    return masked
+
+
+def _cholesky(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray) -> Solve | None:
+    """Banded Cholesky; None when the matrix is not stored as symmetric or not positive definite."""
+    if not pattern.lower:
+        return None
+    dim = blocks.shape[1]
+    width = (pattern.band + 1) * dim - 1
+    band = np.zeros((len(left_out), width + 1))  # transposed: LAPACK's columns are contiguous
+    fill_lower(pattern.start, pattern.column, blocks, left_out, band)
+    factor, failed = dpbtrf(band.T, lower=1, overwrite_ab=1)
+    if failed:
+        return None
+    return _masked(lambda rhs: dpbtrs(factor, rhs, lower=1)[0], left_out)
+
+
+def _band(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray) -> Solve:
+    """Banded LU with partial pivoting."""
+    dim = blocks.shape[1]
+    width = (pattern.band + 1) * dim - 1
+    band = np.zeros((len(left_out), 3 * width + 1))
+    fill_band(pattern.start, pattern.column, blocks, left_out, pattern.lower, width, band)
+    factor, pivots, failed = dgbtrf(band.T, width, width, overwrite_ab=1)
+    if failed:
+        raise BrokeDown(singular(pattern, failed - 1, dim))
+    return _masked(lambda rhs: dgbtrs(factor, width, width, rhs, pivots)[0], left_out)
+
+
+def _sparse(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray) -> Solve:
+    dim = blocks.shape[1]
+    i = (pattern.block_row[:, None, None] * dim + np.arange(dim)[:, None]) + np.zeros_like(blocks, dtype=np.int64)
+    j = (pattern.column[:, None, None] * dim + np.arange(dim)) + np.zeros_like(blocks, dtype=np.int64)
+    value = np.where(left_out[i] | left_out[j], 0.0, blocks)
+    rows, columns, values = i.ravel(), j.ravel(), value.ravel()
+    if pattern.lower:
+        above = np.repeat(pattern.block_row > pattern.column, dim * dim)
+        rows, columns = np.append(rows, j.ravel()[above]), np.append(columns, i.ravel()[above])
+        values = np.append(values, value.ravel()[above])
+    diagonal = np.flatnonzero(left_out)
+    n = len(left_out)
+    full = csc_matrix(
+        (
+            np.append(values, np.ones(len(diagonal))),
+            (np.append(rows, diagonal), np.append(columns, diagonal)),
+        ),
+        shape=(n, n),
+    )
+    try:
+        return _masked(splu(full).solve, left_out)
+    except RuntimeError:
+        raise BrokeDown("singular tangent matrix: a node is not held by enough particles") from None
+
+
+def singular(pattern: Pattern, row: int, dim: int) -> str:
+    """What to tell the user about a pivot that is zero."""
+    return (
+        f"singular tangent matrix at node {pattern.active[row // dim]}, component {row % dim}: too few particles hold "
+        "it (method.ghost_stiffness > 0 helps on grids)"
+    )
+
+
+@kernel
+def fill_lower(start, column, blocks, left_out, band):  # type: ignore[no-untyped-def]
+    """Lower band, transposed: ``band[j, i - j] = K_ij``; fixed rows and columns become those of the identity."""
+    dim = blocks.shape[1]
+    for r in range(start.shape[0] - 1):
+        for s in range(start[r], start[r + 1]):
+            for a in range(dim):
+                i = r * dim + a
+                for b in range(dim):
+                    j = column[s] * dim + b
+                    if i >= j and not (left_out[i] or left_out[j]):
+                        band[j, i - j] = blocks[s, a, b]
+    for i in range(left_out.shape[0]):
+        if left_out[i]:
+            band[i, 0] = 1.0
+
+
+@kernel
+def fill_band(start, column, blocks, left_out, lower, width, band):  # type: ignore[no-untyped-def]
+    """Full band for LAPACK's LU, transposed: ``band[j, 2 width + i - j] = K_ij``."""
+    dim = blocks.shape[1]
+    for r in range(start.shape[0] - 1):
+        for s in range(start[r], start[r + 1]):
+            for a in range(dim):
+                i = r * dim + a
+                for b in range(dim):
+                    j = column[s] * dim + b
+                    if not (left_out[i] or left_out[j]):
+                        band[j, 2 * width + i - j] = blocks[s, a, b]
+                        if lower and column[s] < r:
+                            band[i, 2 * width + j - i] = blocks[s, a, b]
+    for i in range(left_out.shape[0]):
+        if left_out[i]:
+            band[i, 2 * width] = 1.0
+
+
+@kernel
+def product(start, column, blocks, lower, u):  # type: ignore[no-untyped-def]
+    """Scalar blocks times nodal vectors: ``out_r = sum_c M_rc u_c``, shapes (blocks,) and (A, dim)."""
+    out = np.zeros_like(u)
+    for r in range(start.shape[0] - 1):
+        for s in range(start[r], start[r + 1]):
+            c = column[s]
+            for d in range(u.shape[1]):
+                out[r, d] += blocks[s] * u[c, d]
+                if lower and c < r:
+                    out[c, d] += blocks[s] * u[r, d]
+    return out

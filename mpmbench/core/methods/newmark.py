@@ -1,0 +1,120 @@
+"""Newmark's method (Iaconeta 2017, Eqs. 38-49).
+
+UL-FEM and GMM keep velocities on moving nodes; implicit MPM projects them from the particles to a grid that is reset
+after each step.
+"""
+
+import numpy as np
+
+from mpmbench.core.errors import BrokeDown
+from mpmbench.core.implicit import assembly, check_choices
+from mpmbench.core.implicit.linear import factorise
+from mpmbench.core.implicit.step import (
+    Equations,
+    Inertia,
+    Workspace,
+    convect,
+    equilibrate,
+    external_force,
+    prepare,
+    reaction,
+    start_increment,
+    work_of_loads,
+)
+from mpmbench.core.registry import register
+from mpmbench.core.state import State
+
+
+@register("method", "newmark")
+def step(s: State, dt: float) -> None:
+    """Advance the state by one step of size `dt` [s]."""
+    p, n = s.particles, s.nodes
+    velocity, displacement = s.choices.newmark_velocity, s.choices.newmark_displacement
+    w = prepare(s)
+    mass = mass_blocks(s, w)
+    lumped_mass(s, w)
+    if not s.choices.moving:
+        n.v_old[:], n.a[:] = projected(s, w, p.v), projected(s, w, p.a)  # Eqs. 40, 41
+    else:
+        if s.time == 0.0:
+            n.a[:] = projected(s, w, p.a)
+        n.v_old[:] = n.v
+    a_old = n.a.copy()
+    start = -n.v_old / (displacement * dt) - (0.5 / displacement - 1.0) * a_old  # Eq. 44
+    inertia = Inertia(1.0 / (displacement * dt * dt), start, mass)
+
+    external_force(s, w, s.time)
+    before = p.b.copy()
+    equations = Equations(s, w, external_force(s, w, s.time + dt), inertia)
+    du = start_increment(s, dt)
+    residual = equilibrate(s, equations, du)
+
+    n.a[:] = inertia.coefficient * du + start
+    n.v[:] = n.v_old + dt * ((1.0 - velocity) * a_old + velocity * n.a)  # Eq. 43
+    leave_out(w, n.v, n.a)
+    if s.choices.moving:
+        assembly.interpolate(w.phi, n.v, p.v)
+        assembly.interpolate(w.phi, n.a, p.a)
+    else:
+        a_p = p.a.copy()
+        assembly.interpolate(w.phi, n.a, p.a)  # Eq. 47
+        p.v += dt * ((1.0 - velocity) * a_p + velocity * p.a)  # Eq. 48
+    moved = convect(s, w, du)  # Eqs. 46, 49
+    s.record("reaction", reaction(s, residual))
+    s.external_work += work_of_loads(s, before, moved, dt)
+    s.time += dt
+
+
+def lumped_mass(s: State, w: Workspace) -> None:
+    """Nodal masses [kg], shape (N,)."""
+    s.nodes.m[:] = 0.0
+    assembly.add_lumped(w.phi, s.particles.m, s.nodes.m)
+
+
+def mass_blocks(s: State, w: Workspace) -> np.ndarray:
+    """Mass by blocks of the pattern [kg], shape (blocks,): consistent, or lumped on the diagonal."""
+    assert w.pattern is not None
+    mass = np.zeros(len(w.pattern.column))
+    if s.choices.mass == "consistent":
+        assembly.add_mass(w.phi, s.particles.m, w.pattern.slot, mass)
+        return mass
+    lumped_mass(s, w)
+    mass[w.pattern.diagonal] = s.nodes.m[w.pattern.active]
+    return mass
+
+
+def projected(s: State, w: Workspace, u: np.ndarray) -> np.ndarray:
+    """Nodal values of the particles' `u`, shape (N, dim), with the lumped or the consistent mass; fixed ones are zero.
+
+    Raises
+    ------
+    BrokeDown
+        When the consistent mass is singular, for example with one particle alone in a cell.
+    """
+    assert w.pattern is not None
+    active = w.pattern.active
+    sums = np.zeros_like(s.nodes.v)
+    assembly.project(w.phi, s.particles.m, u, sums)
+    out = np.zeros_like(sums)
+    if s.choices.projection == "lumped":
+        out[active] = sums[active] / np.where(s.nodes.m[active] > 0.0, s.nodes.m[active], np.inf)[:, None]
+    else:
+        mass = np.zeros(len(w.pattern.column))
+        assembly.add_mass(w.phi, s.particles.m, w.pattern.slot, mass)
+        solve = factorise(w.pattern, mass[:, None, None], np.zeros((len(active), 1), dtype=bool))
+        out[active] = solve(sums[active])
+        if not np.isfinite(out).all():
+            raise BrokeDown("singular consistent mass: use method.projection=lumped or more particles per cell")
+    out[s.fixed] = 0.0
+    return out
+
+
+def leave_out(w: Workspace, *fields: np.ndarray) -> None:
+    """Set nodal fields, shape (N, dim), to zero where no particle is."""
+    assert w.pattern is not None
+    unseen = w.pattern.row < 0
+    for field in fields:
+        field[unseen] = 0.0
+
+
+step.check = check_choices  # type: ignore[attr-defined]

@@ -1,0 +1,37 @@
+"""Static equilibrium under load steps: time is the load factor, and each step is one solution of ``f_int = f_ext``.
+
+Iaconeta 2017, section 5.1. With nodes that move this is UL-FEM or GMM; with nodes that are reset it is implicit MPM,
+whose particles are located anew after each load step.
+"""
+
+from mpmbench.core.implicit import check_choices
+from mpmbench.core.implicit.step import (
+    Equations,
+    convect,
+    equilibrate,
+    external_force,
+    prepare,
+    reaction,
+    start_increment,
+    work_of_loads,
+)
+from mpmbench.core.registry import register
+from mpmbench.core.state import State
+
+
+@register("method", "static")
+def step(s: State, dt: float) -> None:
+    """Find equilibrium with the loads at ``time + dt``."""
+    w = prepare(s)
+    external_force(s, w, s.time)
+    before = s.particles.b.copy()
+    equations = Equations(s, w, external_force(s, w, s.time + dt), inertia=None)
+    du = start_increment(s, dt)
+    residual = equilibrate(s, equations, du)
+    moved = convect(s, w, du)
+    s.record("reaction", reaction(s, residual))
+    s.external_work += work_of_loads(s, before, moved, dt)
+    s.time += dt
+
+
+step.check = check_choices  # type: ignore[attr-defined]

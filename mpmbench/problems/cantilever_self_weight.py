@@ -1,0 +1,111 @@
+"""Cantilever under its own weight, large static deflection in plane strain (Iaconeta 2017, section 5.1).
+
+An 8 x 1 m beam of neo-Hookean material is clamped at its left end; gravity is applied in `load_steps` equal steps, with
+time from 0 to 1 as the load factor. The deflection at mid-height of the free end, A = (8, 0.5) m, is compared with the
+converged value -0.67436 m (Richardson extrapolation of UL-FEM), not with the linear -0.67806 m of Eq. 62.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from mpmbench.core.errors import NotApplicable, require, require_option
+from mpmbench.core.geometry import Box
+from mpmbench.core.materials import Material
+from mpmbench.core.methods import Choices
+from mpmbench.core.particles import LAYOUTS, seed_cells
+from mpmbench.core.registry import register
+from mpmbench.core.simulation import Solution
+from mpmbench.core.state import Loads, State
+from mpmbench.problems import Problem
+
+CONVERGED_DEFLECTION = -0.67436  # [m]
+ROOM = 1.5  # [m] of grid below and above the beam, for methods whose nodes stay
+
+
+@register("problem", "cantilever_self_weight")
+@dataclass(frozen=True)
+class CantileverSelfWeight(Problem):
+    """Parameters of the cantilever.
+
+    Parameters
+    ----------
+    gravity : float
+        Weight per unit mass g [m/s^2].
+    load_steps : int
+        Number of equal steps in which gravity is applied.
+    particle_layout : {"gauss", "midpoint"}
+        Gauss points of the cells, as in the paper, or middles of equal sub-cells.
+    """
+
+    gravity: float = 9.81
+    load_steps: int = 1
+    particle_layout: str = "gauss"
+    dimension: ClassVar[int] = 2
+    reference_length: ClassVar[float] = 8.0
+    height: ClassVar[float] = 1.0
+
+    def __post_init__(self) -> None:
+        require(0.0 < self.gravity < 1e4, "gravity", self.gravity, "a positive number [m/s2], less than 10000")
+        require(1 <= self.load_steps <= 10000, "load_steps", self.load_steps, "a whole number from 1 to 10000")
+        require_option("particle_layout", self.particle_layout, LAYOUTS)
+
+    def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
+        require(resolution % 8 == 0, "resolution", resolution, "a multiple of 8 (whole cells over a height of 1 m)")
+        if choices.time != "static":
+            raise NotApplicable("cantilever_self_weight is a static problem: it needs method.time=static")
+
+    # geometry
+
+    def nodes(self, resolution: int, choices: Choices) -> Box:
+        across = resolution // 8
+        if choices.moving or choices.frozen:
+            return Box((0.0, 0.0), (self.reference_length, self.height), (resolution, across))
+        room = int(np.ceil(ROOM * across))
+        h = self.reference_length / resolution
+        return Box(
+            (0.0, -room * h),
+            (self.reference_length + 2 * h, self.height + h),
+            (resolution + 2, across + room + 1),
+        )
+
+    def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
+        box = Box((0.0, 0.0), (self.reference_length, self.height), (resolution, resolution // 8))
+        return seed_cells(box, particles_per_cell, self.particle_layout)
+
+    def tracers(self) -> np.ndarray:
+        """The point A."""
+        return np.array([[self.reference_length, 0.5 * self.height]])
+
+    # boundary conditions
+
+    def fixed(self, x: np.ndarray) -> np.ndarray:
+        return np.repeat(x[:, :1] < 1e-9 * self.reference_length, 2, axis=1)
+
+    def loads(self, material: Material) -> Loads:
+        def weight(X: np.ndarray, t: float, b: np.ndarray) -> None:
+            b[:, 0], b[:, 1] = 0.0, -self.gravity * t
+
+        return Loads(body_force=weight)
+
+    def adaptive_step(self, state: State) -> Callable[[State], float]:
+        """One load step in units of time, the load factor."""
+        return lambda _: 1.0 / self.load_steps
+
+    # quantities of interest
+
+    def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
+        if len(solution.snapshots) < 2:
+            return {}
+        first, last = solution.snapshots[0]["x"], solution.snapshots[-1]["x"]
+        deflection = float(last[-1, 1] - first[-1, 1])
+        order = np.argsort(np.linalg.norm(first[:-1] - first[-1], axis=1), kind="stable")
+        near = float(np.mean((last - first)[order[:2], 1]))
+        error = abs(deflection / CONVERGED_DEFLECTION - 1.0)
+        return {
+            "tip_deflection": (deflection, "m", "deflection of the tracked point at mid-height of the free end"),
+            "tip_deflection_of_particles": (near, "m", "mean deflection of the two particles nearest to that point"),
+            "error_tip": (error, "1", "relative error of tip_deflection against the converged value"),
+        }
