@@ -127,7 +127,7 @@ class Writer:
         unfinished = final.with_name(f".{final.name}.{os.getpid()}")
         try:
             write(unfinished)
-            os.replace(unfinished, final)
+            unfinished.replace(final)
         finally:
             unfinished.unlink(missing_ok=True)
         self.written.append(name)

@@ -27,7 +27,7 @@ def entries(figure):
 
 def test_curves_carry_method_colour_basis_marker_and_data(tmp_path, write_quickstart):
     write_quickstart(tmp_path)
-    study, figure = draw(tmp_path)
+    _, figure = draw(tmp_path)
     curve = next(line for line in lines(figure) if line.get_marker() == "^")
     assert curve.get_color() == style.METHOD_COLOURS["otm"]
     assert curve.get_xdata().tolist() == [8, 16, 32, 64]

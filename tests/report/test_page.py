@@ -8,7 +8,6 @@ import pytest
 
 from mpmbench.report import build
 
-
 NAN = float("nan")
 NOTHING_TO_DRAW = {"snapshot": False, "scalars": {"error_displacement_rms": NAN, "error_stress_rms": NAN}}
 

@@ -1,0 +1,204 @@
+"""Claims of a paper with verdicts that a rule computes from stored runs; nothing here is typed in by hand.
+
+A rule asks for numbers, orders and statuses by what a run must match, and answers with a `Verdict`. What it asked for
+becomes the evidence, each piece with its result files.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from mpmbench.analysis.convergence import OrderEstimate, estimate_order, order_with_interval
+from mpmbench.report.records import Campaign
+from mpmbench.report.tables import Cell, Table
+
+HOLDS, FAILS, UNDECIDED = "holds", "does not hold", "undecided"
+Match = Mapping[str, Any]
+
+
+class MissingRuns(Exception):
+    """A rule needs a run that is not there, or that did not finish; the message says which."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """One number or word that a verdict rests on, and its result files."""
+
+    name: str
+    value: float | str
+    files: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the runs say about a claim.
+
+    Attributes
+    ----------
+    answer : str
+        ``holds``, ``does not hold``, ``holds when ...`` or ``undecided``.
+    because : str
+        One sentence with the numbers.
+    evidence : tuple of Evidence
+    """
+
+    answer: str
+    because: str
+    evidence: tuple[Evidence, ...] = ()
+
+
+@dataclass
+class Runs:
+    """What a rule may ask of the campaigns; it remembers what was asked.
+
+    Attributes
+    ----------
+    campaigns : mapping
+        Campaigns by name.
+    evidence : list of Evidence
+        All that the rule has asked for so far.
+    """
+
+    campaigns: Mapping[str, Campaign]
+    evidence: list[Evidence] = field(default_factory=list)
+
+    def number(self, campaign: str, quantity: str, **match: Any) -> float:
+        """A scalar of the one run that matches (median over repeats that differ in nothing).
+
+        Parameters
+        ----------
+        campaign, quantity : str
+            For example ``"fig6"`` and ``"error_displacement_rms"``.
+        **match
+            Attributes (``method="otm"``, ``resolution=32``) and settings, dots written as two underscores
+            (``method__mass="lumped"``).
+
+        Raises
+        ------
+        MissingRuns
+            When no run matches, or none of them finished with this number.
+        ValueError
+            When the runs that match differ in a setting: the rule has to say which one it means.
+        """
+        runs = self._matching(campaign, match)
+        done = runs[runs.status == "ok"]
+        values = done[quantity].dropna() if quantity in done else pd.Series(dtype=float)
+        if values.empty:
+            state = ", ".join(sorted(set(runs.status)))
+            raise MissingRuns(f"{campaign}: the run with {_words(match)} has no {quantity} (status: {state})")
+        differing = self._differing(campaign, values.index)
+        if differing:
+            raise ValueError(f"{campaign}: runs with {_words(match)} differ in {', '.join(differing)}")
+        value = float(values.median())
+        self._remember(f"{quantity} of {_words(match)}", value, values.index)
+        return value
+
+    def order(self, campaign: str, quantity: str, cells: Iterable[int] = (), **match: Any) -> OrderEstimate:
+        """The order of the finished runs that match, over all resolutions or over the given ones.
+
+        Raises
+        ------
+        MissingRuns
+            When fewer than two resolutions are there.
+        """
+        runs = self._matching(campaign, match)
+        wanted = set(cells)
+        done = runs[(runs.status == "ok") & (runs[quantity] > 0)] if quantity in runs else runs[:0]
+        done = done[done.resolution.isin(wanted)] if wanted else done
+        errors = done.groupby("resolution")[quantity].median()
+        if len(errors) < 2 or wanted - set(errors.index):
+            have = ", ".join(f"{n:g}" for n in errors.index) or "none"
+            raise MissingRuns(f"{campaign}: the order of {_words(match)} needs more resolutions (finished: {have})")
+        n = errors.index.to_numpy(float)
+        unit = self.campaigns[campaign].units.get(quantity, "")
+        found = estimate_order(1.0 / n, errors.to_numpy(float), labels=[f"{k:g}" for k in n], error_unit=unit)
+        self._remember(f"order of {quantity}, {_words(match)}", order_with_interval(found), done.index)
+        return found
+
+    def status(self, campaign: str, **match: Any) -> str:
+        """How the one run that matches ended."""
+        runs = self._matching(campaign, match)
+        if len(runs) != 1:
+            raise ValueError(f"{campaign}: {len(runs)} runs match {_words(match)}, not one")
+        self._remember(f"status of {_words(match)}", str(runs.status.iloc[0]), runs.index)
+        return str(runs.status.iloc[0])
+
+    def _matching(self, campaign: str, match: Match) -> pd.DataFrame:
+        if campaign not in self.campaigns:
+            raise MissingRuns(f"there is no campaign {campaign}")
+        runs, settings = self.campaigns[campaign].runs, self.campaigns[campaign].settings
+        keep = pd.Series(True, index=runs.index)
+        for key, value in match.items():
+            name = key.replace("__", ".")
+            if name not in runs and name not in settings:
+                raise MissingRuns(f"{campaign}: no run has a setting {name}")
+            column = runs[name] if name in runs else settings[name]
+            keep &= column.map(lambda found, value=value: _equal(found, value))
+        if not keep.any():
+            raise MissingRuns(f"{campaign}: no run with {_words(match)}")
+        return runs[keep]
+
+    def _differing(self, campaign: str, files: pd.Index) -> list[str]:
+        settings = self.campaigns[campaign].settings.loc[files]
+        return [str(key) for key in settings if settings[key].map(repr).nunique() > 1]
+
+    def _remember(self, name: str, value: float | str, files: pd.Index) -> None:
+        self.evidence.append(Evidence(name, value, tuple(map(str, files))))
+
+
+Rule = Callable[[Runs], tuple[str, str]]
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A statement of a paper and the rule that judges it.
+
+    Attributes
+    ----------
+    name : str
+        Short and unique, for links.
+    statement, source : str
+        The paper's statement and where it stands (section, figure, table).
+    rule : callable
+        Takes `Runs`, returns the answer and a sentence with the numbers.
+    """
+
+    name: str
+    statement: str
+    source: str
+    rule: Rule
+
+
+def judge(claim: Claim, campaigns: Mapping[str, Campaign]) -> Verdict:
+    """Apply the rule of a claim; missing or failed runs leave it undecided, with the reason."""
+    runs = Runs(campaigns)
+    try:
+        answer, because = claim.rule(runs)
+    except MissingRuns as missing:
+        return Verdict(UNDECIDED, str(missing), tuple(runs.evidence))
+    return Verdict(answer, because, tuple(runs.evidence))
+
+
+def claims_table(name: str, claims: Iterable[Claim], campaigns: Mapping[str, Campaign]) -> Table:
+    """Claims, verdicts and evidence; every row links to its runs."""
+    rows = []
+    for claim in claims:
+        verdict = judge(claim, campaigns)
+        files = tuple(dict.fromkeys(file for piece in verdict.evidence for file in piece.files))
+        numbers = "; ".join(f"{piece.name}: {Cell(piece.value).text}" for piece in verdict.evidence)
+        texts = (claim.statement, claim.source, verdict.answer, verdict.because, numbers)
+        rows.append([*(Cell(text) for text in texts[:2]), Cell(texts[2], files), *(Cell(text) for text in texts[3:])])
+    return Table(name, "Claims", ["claim", "source", "verdict", "because", "evidence"], rows)
+
+
+def _equal(found: Any, wanted: Any) -> bool:
+    if isinstance(wanted, (int, float)) and not isinstance(wanted, bool):
+        return isinstance(found, (int, float)) and bool(np.isclose(found, wanted, rtol=1e-9, atol=0.0))
+    return bool(found == wanted)
+
+
+def _words(match: Match) -> str:
+    return ", ".join(f"{key.replace('__', '.')} {value}" for key, value in match.items())

@@ -1,0 +1,72 @@
+"""Verdicts follow from the stored runs, and change with them."""
+
+import pytest
+
+from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, Runs, claims_table, judge
+from mpmbench.report.records import read_campaign
+
+ERROR = "error_displacement_rms"
+
+
+def more_accurate(runs):
+    otm, mpm = (runs.number("fig6", ERROR, method=method, basis="linear", resolution=32) for method in ("otm", "mpm"))
+    return (HOLDS if otm < 0.5 * mpm else FAILS), f"{otm:.3g} m against {mpm:.3g} m"
+
+
+def second_order(runs):
+    found = runs.order("fig6", ERROR, method="mpm", basis="linear")
+    return (HOLDS if found.low <= 2.0 <= found.high else FAILS), found.verdict
+
+
+ACCURATE = Claim("accurate", "OTM is at least twice as accurate as MPM", "8.1", more_accurate)
+ORDER = Claim("order", "MPM converges with order 2", "Fig. 6", second_order)
+
+
+@pytest.fixture
+def campaign(tmp_path, write_run):
+    for resolution in (8, 16, 32, 64):
+        write_run(tmp_path, "mpm", resolution=resolution, constant=7e-4)
+        write_run(tmp_path, "otm", resolution=resolution, constant=1.6e-4)
+    return tmp_path
+
+
+def test_verdict_states_numbers_and_files(campaign):
+    verdict = judge(ACCURATE, {"fig6": read_campaign(campaign)})
+    assert verdict.answer == HOLDS
+    assert verdict.because == "1.57e-07 m against 6.84e-07 m"
+    assert [piece.files[0].split("-n")[0] for piece in verdict.evidence] == [
+        *("otm-linear-bar_fixed_ends", "mpm-linear-bar_fixed_ends")
+    ]
+
+
+def test_a_doctored_run_changes_the_verdicts(campaign, write_run):
+    write_run(campaign, "otm", resolution=32, constant=9e-4)
+    assert judge(ACCURATE, {"fig6": read_campaign(campaign)}).answer == FAILS
+    assert judge(ORDER, {"fig6": read_campaign(campaign)}).answer == HOLDS
+    for resolution in (8, 16, 32, 64):
+        write_run(campaign, "mpm", resolution=resolution, order=1.0)
+    assert judge(ORDER, {"fig6": read_campaign(campaign)}).answer == FAILS
+
+
+def test_failed_or_missing_runs_leave_a_claim_undecided_and_say_why(campaign, write_run):
+    write_run(campaign, "otm", resolution=32, status="diverged", reason="boom", scalars={ERROR: 1e-12})
+    verdict = judge(ACCURATE, {"fig6": read_campaign(campaign)})
+    assert verdict.answer == UNDECIDED
+    assert "method otm, basis linear, resolution 32" in verdict.because and "diverged" in verdict.because
+    assert judge(ACCURATE, {}).because == "there is no campaign fig6"
+
+
+def test_an_ambiguous_question_is_an_error_of_the_rule(campaign, write_run):
+    write_run(campaign, "otm", resolution=32, mass="consistent")
+    runs = Runs({"fig6": read_campaign(campaign)})
+    with pytest.raises(ValueError, match=r"differ in method\.mass"):
+        runs.number("fig6", ERROR, method="otm", resolution=32)
+    assert runs.number("fig6", ERROR, method="otm", resolution=32, method__mass="lumped") > 0
+    assert runs.status("fig6", method="otm", resolution=32, method__mass="lumped") == "ok"
+
+
+def test_table_links_every_verdict_to_its_runs(campaign):
+    table = claims_table("claims", [ACCURATE, ORDER], {"fig6": read_campaign(campaign)})
+    assert [row[2].value for row in table.rows] == [HOLDS, HOLDS]
+    assert [len(row[2].files) for row in table.rows] == [2, 4]
+    assert "order of error_displacement_rms, method mpm, basis linear: 2.0" in table.rows[1][4].value
