@@ -13,7 +13,7 @@ from mpmbench.core.bases.frozen import FrozenBasis
 from mpmbench.core.bases.tensor import TensorSpline, count_crossings
 from mpmbench.core.errors import BrokeDown, Diverged, SolverFailure
 from mpmbench.core.geometry import Geometry
-from mpmbench.core.mass import ConsistentMass, LumpedMass
+from mpmbench.core.mass import make_mass
 from mpmbench.core.materials import Material
 from mpmbench.core.methods import Choices
 from mpmbench.core.particles import Particles
@@ -58,6 +58,8 @@ class Solution:
         Time series by name; shapes (time,), (time, dim) or (time, 3).
     snapshots : list of dict
         ``time`` [s] and copies of x, v, F, sigma, V, state of all particles.
+    records : dict of list
+        What the time loop noted about each step (`State.record`).
     """
 
     status: str = "ok"
@@ -69,6 +71,7 @@ class Solution:
     cell_crossings: int = 0
     history: dict[str, list[Any]] = field(default_factory=dict)
     snapshots: list[dict[str, Any]] = field(default_factory=list)
+    records: dict[str, list[Any]] = field(default_factory=dict)
 
 
 def build_state(body: Body, basis: BasisSettings, material: Material, choices: Choices) -> State:
@@ -78,11 +81,7 @@ def build_state(body: Body, basis: BasisSettings, material: Material, choices: C
     if choices.frozen:
         functions = FrozenBasis(functions, p.x, p.F)
     fixed = body.fixed(functions.nodes)
-    mass = (
-        LumpedMass(fixed, choices.mass_cutoff)
-        if choices.mass == "lumped"
-        else ConsistentMass(fixed, choices.mass_cutoff)
-    )
+    mass = make_mass(choices, fixed, functions, p)
     state = State(p, Nodes.zeros(*functions.nodes.shape), functions, mass, material, choices, fixed, body.loads)
     if body.loads.traction is not None:
         state.traction_particle = loaded_points(p, len(body.loads.traction(0.0)), choices.traction)
@@ -128,7 +127,7 @@ def simulate(
     adaptive = time_step if callable(time_step) else None
     planned = 0 if callable(time_step) else max(1, int(np.ceil(end_time / time_step * (1.0 - 1e-12))))
     dt = end_time / planned if planned else 0.0
-    solution = Solution(time_step=dt)
+    solution = Solution(time_step=dt, records=state.records)
     watch = Watch(state, solution, end_time, sorted(snapshot_times))
     if progress is not None:
         progress(0.0, 0.0)
@@ -215,6 +214,7 @@ class Watch:
             "external_work": s.external_work,
             "momentum": momentum,
             "angular_momentum": spin,
+            **(s.observe(s) if s.observe is not None else {}),
         }
         for name, value in values.items():
             history.setdefault(name, []).append(value)

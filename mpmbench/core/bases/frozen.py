@@ -35,6 +35,8 @@ class FrozenBasis:
         Deformation gradients, shape (P, dim, dim); read at every `locate`.
     """
 
+    constant_values = True  # and with them the consistent mass matrix: it is assembled once
+
     def __init__(self, basis: Basis, X: np.ndarray, F: np.ndarray) -> None:
         self.nodes = basis.nodes
         self.evaluate = basis.evaluate

@@ -65,6 +65,8 @@ def fill_parametric(axes, corners, xi, phi, derivative):  # type: ignore[no-unty
 class MovingQuads:
     """Linear functions on a grid of cells that deform with their nodes (fulfils `Basis`)."""
 
+    constant_values = True  # and with them the consistent mass matrix: it is assembled once
+
     def __init__(self, box: Box, particles: int) -> None:
         self.nodes = box.nodes()
         self.corners = 2**box.dimension
