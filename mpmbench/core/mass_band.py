@@ -1,0 +1,153 @@
+"""The consistent mass matrix as a band, by Cholesky's method: for one dimension and narrow grids."""
+
+import numpy as np
+
+from mpmbench.core.bases import Basis
+from mpmbench.core.bases.handle import count, locate, node, scratch
+from mpmbench.core.compiled import kernel, vector
+from mpmbench.core.errors import BrokeDown
+from mpmbench.core.particles import Particles
+
+SINGULAR = 1e-13  # a pivot below this fraction of its diagonal entry is round-off
+
+
+class BandMass:
+    """``M_ij = sum_p m_p phi_i phi_j`` (Wobbes 2020, Eqs. 19, 48, 90) as a band (fulfils `Mass`)."""
+
+    def __init__(self, fixed: np.ndarray, cutoff: float) -> None:
+        self.fixed = fixed
+        self.cutoff = cutoff
+        self._factored = False
+        self._band = np.zeros((len(fixed), 1))
+        self._factor = np.zeros((0, len(fixed), 1))
+        # components that are constrained alike share one factor
+        masks: list[bytes] = [fixed[:, d].tobytes() for d in range(fixed.shape[1])]
+        self._group = [masks.index(mask) for mask in masks]
+
+    def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
+        if self._factored and getattr(basis, "constant_values", False):
+            return
+        self._factored = True
+        while (width := assemble_band(basis.handle, p.x, p.m, self._band)) >= self._band.shape[1]:
+            self._band = np.zeros((len(self.fixed), width + 1))
+            self._factor = np.zeros((self.fixed.shape[1], len(self.fixed), width + 1))
+        self._threshold = self.cutoff * p.m[0]
+        for d in sorted(set(self._group)):
+            pivot = factorise(self._band, self._threshold, self.fixed[:, d], self._factor[d])
+            if pivot >= 0:
+                raise BrokeDown(
+                    f"singular consistent mass matrix at node {pivot} ({basis.nodes[pivot]} m): "
+                    "too few particles for the number of nodes, or a nearly empty cell"
+                )
+
+    def multiply(self, a: np.ndarray) -> np.ndarray:
+        return band_product(self._band, a)
+
+    def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
+        for d, group in enumerate(self._group):
+            substitute(self._band, self._factor[group], self._threshold, self.fixed[:, d], rhs[:, d], out[:, d])
+
+
+@kernel
+def bandwidth(phi, x):  # type: ignore[no-untyped-def]
+    """Largest difference of node numbers within one stencil."""
+    work, grad_phi = scratch(phi), vector(phi.axes)
+    widest = 0
+    for p in range(x.shape[0]):
+        at = locate(phi, x, p, work)
+        first, _ = node(phi, at, 0, work, grad_phi)
+        lowest, highest = first, first
+        for k in range(count(phi, at)):
+            i, _ = node(phi, at, k, work, grad_phi)
+            lowest, highest = min(lowest, i), max(highest, i)
+        widest = max(widest, highest - lowest)
+    return widest
+
+
+@kernel
+def assemble_band(phi, x, m, band):  # type: ignore[no-untyped-def]
+    """Sum the lower band of the consistent mass matrix: ``band[i, i - j] = sum_p m_p phi_i phi_j`` for j <= i.
+
+    Returns the largest i - j that was met; when that does not fit, the band must be widened and summed again.
+    """
+    work, grad_phi = scratch(phi), vector(phi.axes)
+    widest = 0
+    band[:] = 0.0
+    for p in range(x.shape[0]):
+        at = locate(phi, x, p, work)
+        for k in range(count(phi, at)):
+            i, phi_i = node(phi, at, k, work, grad_phi)
+            for n in range(count(phi, at)):
+                j, phi_j = node(phi, at, n, work, grad_phi)
+                widest = max(widest, i - j)
+                if 0 <= i - j < band.shape[1]:
+                    band[i, i - j] += m[p] * phi_i * phi_j
+    return widest
+
+
+@kernel
+def band_product(band, a):  # type: ignore[no-untyped-def]
+    """Product of the symmetric band with each column of `a`."""
+    out = np.zeros_like(a)
+    for i in range(a.shape[0]):
+        for k in range(min(i + 1, band.shape[1])):
+            for d in range(a.shape[1]):
+                out[i, d] += band[i, k] * a[i - k, d]
+                if k > 0:
+                    out[i - k, d] += band[i, k] * a[i, d]
+    return out
+
+
+@kernel
+def factorise(band, threshold, fixed, factor):  # type: ignore[no-untyped-def]
+    """Cholesky factor of the band without the fixed and the nearly massless rows, which become the identity.
+
+    Returns the row of the first pivot that is zero but for round-off, -1 if there is none.
+    """
+    width = band.shape[1]
+    for i in range(band.shape[0]):
+        left_out = fixed[i] or not band[i, 0] > threshold
+        for k in range(min(i, width - 1), -1, -1):
+            j = i - k
+            total = 0.0
+            if left_out:
+                total = 1.0 if k == 0 else 0.0
+            elif not (fixed[j] or not band[j, 0] > threshold):
+                total = band[i, k]
+            for n in range(max(0, i - width + 1), j):
+                total -= factor[i, i - n] * factor[j, j - n] if j - n < width else 0.0
+            if k > 0:
+                factor[i, k] = total / factor[j, 0]
+            else:
+                if not total > SINGULAR * (1.0 if left_out else band[i, 0]):
+                    return i
+                factor[i, 0] = np.sqrt(total)
+    return -1
+
+
+@kernel
+def substitute(band, factor, threshold, fixed, rhs, out):  # type: ignore[no-untyped-def]
+    """Forward and back substitution; fixed entries of `out` are known and move to the right-hand side."""
+    n, width = band.shape
+    for i in range(n):
+        if not fixed[i]:
+            if not band[i, 0] > threshold:
+                out[i] = 0.0
+                continue
+            total = rhs[i]
+            for j in range(max(0, i - width + 1), min(n, i + width)):
+                if fixed[j]:
+                    total -= (band[i, i - j] if j <= i else band[j, j - i]) * out[j]
+            out[i] = total
+    for i in range(n):
+        if not fixed[i] and band[i, 0] > threshold:
+            for j in range(max(0, i - width + 1), i):
+                if not fixed[j]:
+                    out[i] -= factor[i, i - j] * out[j]
+            out[i] /= factor[i, 0]
+    for i in range(n - 1, -1, -1):
+        if not fixed[i] and band[i, 0] > threshold:
+            for j in range(i + 1, min(n, i + width)):
+                if not fixed[j]:
+                    out[i] -= factor[j, j - i] * out[j]
+            out[i] /= factor[i, 0]

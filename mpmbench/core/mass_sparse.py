@@ -1,0 +1,273 @@
+"""The consistent mass matrix in rows of equal width, by conjugate gradients or (where it is constant) factorised once.
+
+Row i holds ``values[i, :]`` in ``columns[i, :]``, ascending, its diagonal at ``diagonal[i]``; unused places have the value 0.
+On tensor grids the place of a pair in its row depends only on the two functions, so assembly is plain arithmetic.
+"""
+
+import numpy as np
+from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse.linalg import splu
+
+from mpmbench.core.bases import Basis
+from mpmbench.core.bases.handle import Stencils, count, locate, node, scratch
+from mpmbench.core.bases.tensor import TensorGrid
+from mpmbench.core.compiled import implements, kernel, vector
+from mpmbench.core.errors import BrokeDown
+from mpmbench.core.particles import Particles
+
+TOLERANCE = 1e-13  # of the residual, relative to the right-hand side, in the norm of the preconditioner
+MOST_ITERATIONS = 2000
+
+
+def place(phi, columns, i, k, j, n):  # type: ignore[no-untyped-def]
+    """Place of column j in row i, where i and j are the k-th and n-th functions at a point; -1 if there is none."""
+    raise NotImplementedError
+
+
+@implements(place, TensorGrid)
+def _place_on_grid(phi, columns, i, k, j, n):  # type: ignore[no-untyped-def]
+    order = len(phi.order)
+    where, stride = 0, 1
+    for _ in range(len(phi.axes)):
+        where += (n % order - k % order + order - 1) * stride
+        stride *= 2 * order - 1
+        n //= order
+        k //= order
+    return where
+
+
+@implements(place, Stencils)
+def _place_in_cloud(phi, columns, i, k, j, n):  # type: ignore[no-untyped-def]
+    low, high = 0, columns.shape[1]
+    while low < high:  # unused places repeat a column beyond all others
+        middle = (low + high) // 2
+        if columns[i, middle] < j:
+            low = middle + 1
+        else:
+            high = middle
+    return low if low < columns.shape[1] and columns[i, low] == j else -1
+
+
+@kernel
+def assemble_rows(phi, x, m, columns, values):  # type: ignore[no-untyped-def]
+    """``values[i, place] = sum_p m_p phi_i phi_j``; returns False when a pair has no place in the pattern."""
+    work, grad_phi = scratch(phi), vector(phi.axes)
+    values[:] = 0.0
+    most = columns.shape[1]
+    index, value = np.empty(most, dtype=np.int64), np.empty(most)
+    for p in range(x.shape[0]):
+        at = locate(phi, x, p, work)
+        functions = count(phi, at)
+        if functions > most:
+            return False
+        for k in range(functions):
+            i, phi_i = node(phi, at, k, work, grad_phi)
+            index[k], value[k] = i, phi_i
+        for k in range(functions):
+            row = index[k]
+            weight = m[p] * value[k]
+            for n in range(functions):
+                where = place(phi, columns, row, k, index[n], n)
+                if where < 0:
+                    return False
+                values[row, where] += weight * value[n]
+    return True
+
+
+@kernel
+def matrix_product(columns, values, a, out):  # type: ignore[no-untyped-def]
+    """``out = M a`` for each column of `a`, shape (N, dim)."""
+    for i in range(a.shape[0]):
+        for d in range(a.shape[1]):
+            out[i, d] = 0.0
+        for k in range(columns.shape[1]):
+            j = columns[i, k]
+            for d in range(a.shape[1]):
+                out[i, d] += values[i, k] * a[j, d]
+
+
+@kernel
+def symmetric_gauss_seidel(columns, values, diagonal, free, r, z):  # type: ignore[no-untyped-def]
+    """``z = (D + U)^-1 D (D + L)^-1 r`` on the free components, zero elsewhere: the preconditioner."""
+    n, dim = r.shape
+    for i in range(n):
+        for d in range(dim):
+            z[i, d] = r[i, d]
+        for k in range(diagonal[i]):
+            j = columns[i, k]
+            for d in range(dim):
+                z[i, d] -= values[i, k] * z[j, d]
+        for d in range(dim):
+            z[i, d] = z[i, d] / values[i, diagonal[i]] if free[i, d] else 0.0
+    for i in range(n - 1, -1, -1):
+        for d in range(dim):
+            if free[i, d]:
+                total = 0.0
+                for k in range(diagonal[i] + 1, columns.shape[1]):
+                    total += values[i, k] * z[columns[i, k], d]
+                z[i, d] -= total / values[i, diagonal[i]]
+
+
+@kernel
+def conjugate_gradients(columns, values, diagonal, free, rhs, out, r, z, s, Ms):  # type: ignore[no-untyped-def]
+    """Solve ``M out = rhs`` on the free components, given `out` on the others; each component iterates by itself.
+
+    Returns the number of iterations, -1 when they do not converge or the matrix is not positive definite.
+    """
+    n, dim = rhs.shape
+    for i in range(n):
+        for d in range(dim):
+            if free[i, d]:
+                out[i, d] = 0.0
+    matrix_product(columns, values, out, r)
+    for i in range(n):
+        for d in range(dim):
+            r[i, d] = rhs[i, d] - r[i, d] if free[i, d] else 0.0
+    symmetric_gauss_seidel(columns, values, diagonal, free, r, z)
+    rz, alpha, beta = np.zeros(dim), np.zeros(dim), np.zeros(dim)
+    for i in range(n):
+        for d in range(dim):
+            s[i, d] = z[i, d]
+            rz[d] += r[i, d] * z[i, d]
+    goal = TOLERANCE**2 * rz
+    for iteration in range(MOST_ITERATIONS):
+        if np.all(rz <= goal):
+            return iteration
+        matrix_product(columns, values, s, Ms)
+        alpha[:] = 0.0
+        for i in range(n):
+            for d in range(dim):
+                if free[i, d]:
+                    alpha[d] += s[i, d] * Ms[i, d]
+        for d in range(dim):
+            if rz[d] > goal[d]:
+                if not alpha[d] > 0.0:
+                    return -1
+                alpha[d] = rz[d] / alpha[d]
+            else:
+                alpha[d] = 0.0
+        for i in range(n):
+            for d in range(dim):
+                if free[i, d]:
+                    out[i, d] += alpha[d] * s[i, d]
+                    r[i, d] -= alpha[d] * Ms[i, d]
+        symmetric_gauss_seidel(columns, values, diagonal, free, r, z)
+        beta[:] = 0.0
+        for i in range(n):
+            for d in range(dim):
+                beta[d] += r[i, d] * z[i, d]
+        for d in range(dim):
+            previous = rz[d]
+            rz[d] = beta[d]
+            beta[d] = rz[d] / previous if previous > 0.0 else 0.0
+        for i in range(n):
+            for d in range(dim):
+                s[i, d] = z[i, d] + beta[d] * s[i, d]
+    return -1
+
+
+class SparseMass:
+    """``M_ij = sum_p m_p phi_i phi_j`` (Wobbes 2020, Eqs. 19, 48, 90) by conjugate gradients (fulfils `Mass`)."""
+
+    def __init__(self, fixed: np.ndarray, cutoff: float) -> None:
+        self.fixed = fixed
+        self.cutoff = cutoff
+        self.free = ~fixed
+        self.columns = np.zeros((len(fixed), 0), dtype=np.int64)
+        self.values = np.zeros((len(fixed), 0))
+        self.diagonal = np.zeros(len(fixed), dtype=np.int64)
+        self._work = [np.zeros(fixed.shape) for _ in range(4)]
+
+    def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
+        if not self.columns.shape[1] or not assemble_rows(basis.handle, p.x, p.m, self.columns, self.values):
+            self.columns, self.diagonal = pattern(basis, p.x)
+            self.values = np.zeros(self.columns.shape)
+            assemble_rows(basis.handle, p.x, p.m, self.columns, self.values)
+        mass = self.values[np.arange(len(self.fixed)), self.diagonal]
+        self.active = mass > self.cutoff * p.m[0]
+        np.logical_and(~self.fixed, self.active[:, None], out=self.free)
+        unknowns = int(self.free.sum(axis=0).max())
+        if unknowns > len(p.x) - p.tracers:
+            raise BrokeDown(
+                f"singular consistent mass matrix: {unknowns} free nodes and only {len(p.x) - p.tracers} particles"
+            )
+
+    def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
+        out[~self.fixed & ~self.active[:, None]] = 0.0
+        arrays = self.columns, self.values, self.diagonal, self.free
+        if conjugate_gradients(*arrays, rhs, out, *self._work) < 0:
+            raise BrokeDown("singular consistent mass matrix: conjugate gradients do not converge")
+
+    def multiply(self, a: np.ndarray) -> np.ndarray:
+        out = np.zeros_like(a)
+        matrix_product(self.columns, self.values, a, out)
+        return out
+
+
+class DirectMass(SparseMass):
+    """A constant mass matrix (functions that do not change at the particles), factorised once per component."""
+
+    def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
+        if hasattr(self, "_factors"):
+            return
+        super().assemble(basis, p, m_i)
+        n = len(self.fixed)
+        rows = np.repeat(np.arange(n), self.columns.shape[1])
+        used = self.values.ravel() != 0.0
+        matrix = csr_matrix((self.values.ravel()[used], (rows[used], self.columns.ravel()[used])), shape=(n, n))
+        self._coupling, self._factors = [], []
+        for d in range(self.fixed.shape[1]):
+            free = self.free[:, d]
+            if d > 0 and np.array_equal(free, self.free[:, d - 1]):
+                self._factors.append(self._factors[-1])
+                self._coupling.append(self._coupling[-1])
+                continue
+            try:
+                self._factors.append(splu(csc_matrix(matrix[free][:, free])))
+            except RuntimeError as error:
+                raise BrokeDown(f"singular consistent mass matrix: {error}") from None
+            self._coupling.append(matrix[free][:, ~free])
+
+    def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
+        out[~self.fixed & ~self.active[:, None]] = 0.0
+        for d, factor in enumerate(self._factors):
+            free = self.free[:, d]
+            out[free, d] = factor.solve(rhs[free, d] - self._coupling[d] @ out[~free, d])
+
+
+def pattern(basis: Basis, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Columns of each row, shape (N, width), and the place of the diagonal, shape (N,).
+
+    On tensor grids all pairs within the degree, whether or not particles see them; on clouds the pairs that particles
+    see, which is made anew when a new pair appears.
+    """
+    n = len(basis.nodes)
+    if isinstance(basis.handle, TensorGrid):
+        return grid_pattern(basis.handle)
+    handle = basis.handle
+    rows = np.repeat(np.arange(len(x)), handle.index.shape[1])
+    valid = (np.arange(handle.index.shape[1]) < handle.size[:, None]).ravel()
+    incidence = csr_matrix((np.ones(valid.sum()), (rows[valid], handle.index.ravel()[valid])), shape=(len(x), n))
+    pairs = csr_matrix(incidence.T @ incidence + csr_matrix((np.ones(n), (range(n), range(n))), shape=(n, n)))
+    pairs.sort_indices()
+    length = np.diff(pairs.indptr)
+    columns = np.full((n, int(length.max())), n - 1, dtype=np.int64)
+    place_in_row = np.arange(pairs.nnz) - np.repeat(pairs.indptr[:-1], length)
+    row = np.repeat(np.arange(n), length)
+    columns[row, place_in_row] = pairs.indices
+    return columns, place_in_row[pairs.indices == row]
+
+
+def grid_pattern(grid: TensorGrid) -> tuple[np.ndarray, np.ndarray]:
+    """Neighbours within the degree along each axis; beyond the grid the row's own number, whose value stays 0."""
+    reach = np.arange(1 - len(grid.order), len(grid.order))
+    n = int(np.prod(grid.shape))
+    place = np.stack(np.unravel_index(np.arange(n), grid.shape), axis=1)
+    offsets = np.stack(np.meshgrid(*[reach] * len(grid.shape), indexing="ij"), axis=-1).reshape(-1, len(grid.shape))
+    neighbour = place[:, None, :] + offsets[None, :, :]
+    inside = np.all((neighbour >= 0) & (neighbour < np.array(grid.shape)), axis=2)
+    strides = np.array([int(np.prod(grid.shape[d + 1 :])) for d in range(len(grid.shape))])
+    columns = np.where(inside, neighbour @ strides, np.arange(n)[:, None])
+    return columns, np.full(n, len(offsets) // 2, dtype=np.int64)
+
+
