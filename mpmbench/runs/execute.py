@@ -112,27 +112,37 @@ def run(config: dict[str, Any], on_progress: Callable[[float, float], None] | No
         answer = isolation.ask("run", config, known, str(target), limits=limits, on_progress=on_progress)
         return _record(target, answer, started)
     except isolation.Ended as end:
-        return leave_record(config, known, end.status, end.reason, started)
+        known |= {"status": end.status, "reason": end.reason}
+        return leave_record(config, known, started, end.time_reached)
     except KeyboardInterrupt:
+        known |= {"status": "interrupted", "reason": "stopped by the user or the system"}
         with uninterrupted():
-            leave_record(config, known, "interrupted", "stopped by the user or the system", started)
+            leave_record(config, known, started)
         raise
 
 
 def leave_record(
-    config: dict[str, Any], known: dict[str, Any], status: str, reason: str, started: float | None = None
+    config: dict[str, Any], known: dict[str, Any], started: float | None = None, time_reached: float = 0.0
 ) -> Record:
-    """Write the file of a run that could not do it itself, or that does not apply."""
+    """Write the file of a run that could not do it itself, or that does not apply.
+
+    Parameters
+    ----------
+    known : dict
+        Attributes, ``status`` and ``reason`` among them.
+    started : float or None
+        When the run began, on the clock of `time.perf_counter`; None when it never did.
+    """
     target = result_path(config)
-    started = time.perf_counter() if started is None else started
-    seconds = time.perf_counter() - started
-    scalars = {"wall_time": (seconds, "s", "wall-clock time of the run")} if status != "not_applicable" else {}
-    everything = {**known, "status": status, "reason": reason}
+    scalars = {}
+    if started is not None:
+        scalars["wall_time"] = (time.perf_counter() - started, "s", "wall-clock time of the run")
+        scalars["time_reached"] = (time_reached, "s", "simulated time reached, as far as is known")
     try:
-        answer = isolation.ask("record", everything, scalars, str(target), limits=limits_of(config))
+        answer = isolation.ask("record", known, scalars, str(target), limits=limits_of(config))
     except isolation.Ended as end:
-        answer = {"status": status, "reason": reason, "scalars": {}, "unwritten": end.reason}
-    return _record(target, answer, started)
+        answer = {"status": known["status"], "reason": known["reason"], "scalars": {}, "unwritten": end.reason}
+    return _record(target, answer, time.perf_counter() if started is None else started)
 
 
 def _record(target: Path, answer: dict[str, Any], started: float) -> Record:

@@ -13,7 +13,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -24,11 +24,19 @@ WATCH_EVERY = 0.05  # seconds between two looks at the memory of a child
 
 
 class Ended(Exception):
-    """A child that did not answer: it died, or it was killed for reaching a limit."""
+    """A child that did not answer: it died, or it was killed for reaching a limit.
 
-    def __init__(self, status: str, reason: str) -> None:
+    Attributes
+    ----------
+    status, reason : str
+        For the result file.
+    time_reached : float
+        Simulated time [s] of the last message about progress.
+    """
+
+    def __init__(self, status: str, reason: str, time_reached: float = 0.0) -> None:
         super().__init__(reason)
-        self.status, self.reason = status, reason
+        self.status, self.reason, self.time_reached = status, reason, time_reached
 
 
 @dataclass
@@ -81,7 +89,7 @@ class Child:
     server: Server
     connection: Connection
     pid: int
-    progress: list[tuple[float, float]] = field(default_factory=list)
+    progress: tuple[float, float] | None = None  # fraction and simulated time, once the solver has started
 
     def ask(
         self, *request: Any, limits: dict[str, Any], on_progress: Callable[[float, float], None] | None = None
@@ -93,7 +101,7 @@ class Child:
         Ended
             When the child died or reached a limit; it is gone then.
         """
-        self.progress = []
+        self.progress = None
         phase, deadline = "setup", time.monotonic() + limits["setup"]
         try:
             self.connection.send(request)
@@ -102,28 +110,27 @@ class Child:
                     message = self.connection.recv()
                     if message[0] == "done":
                         return message[1]
-                    if not self.progress:
+                    if self.progress is None:
                         phase, deadline = "time", time.monotonic() + limits["time"]
-                    self.progress.append(message[1:])
+                    self.progress = message[1:]
                     if on_progress:
                         on_progress(*message[1:])
                 elif time.monotonic() >= deadline:
-                    raise Ended("timeout", f"stopped at limits.{phase} = {limits[phase]:g} s{self.reached()}")
+                    raise self.ended("timeout", f"stopped at limits.{phase} = {limits[phase]:g} s")
                 if limits["memory"] is not None and self.memory() > limits["memory"]:
-                    raise Ended("out_of_memory", f"stopped at limits.memory = {limits['memory']:g} MiB{self.reached()}")
+                    raise self.ended("out_of_memory", f"stopped at limits.memory = {limits['memory']:g} MiB")
         except (EOFError, OSError):
-            code = self.end()
-            raise Ended("crashed", f"the process {how_it_ended(code)}{self.reached()}") from None
+            raise self.ended("crashed", f"the process {how_it_ended(self.end())}") from None
         except BaseException:
             self.end()
             raise
 
-    def reached(self) -> str:
-        """How far the run had come."""
-        if not self.progress:
-            return ", before the solver had started"
-        fraction, simulation_time = self.progress[-1]
-        return f", {fraction:.0%} done, at t = {simulation_time:.6g} s"
+    def ended(self, status: str, reason: str) -> Ended:
+        """The exception for a child that ends here, with how far the run had come."""
+        if self.progress is None:
+            return Ended(status, f"{reason}, before the solver had started")
+        fraction, simulation_time = self.progress
+        return Ended(status, f"{reason}, {fraction:.0%} done, at t = {simulation_time:.6g} s", simulation_time)
 
     def memory(self) -> float:
         """Resident memory [MiB] now."""

@@ -130,7 +130,8 @@ def record_inapplicable(plan: Plan) -> None:
         earlier = cell.earlier or {}
         if earlier.get("status") == "not_applicable" and earlier.get("reason") == cell.not_applicable:
             continue
-        execute.leave_record(cell.config, attributes(cell.config), "not_applicable", cell.not_applicable)
+        verdict = {"status": "not_applicable", "reason": cell.not_applicable}
+        execute.leave_record(cell.config, attributes(cell.config) | verdict)
 
 
 def ledger() -> Path:

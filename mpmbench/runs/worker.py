@@ -15,7 +15,7 @@ from mpmbench.runs import case, result
 from mpmbench.runs.provenance import library_versions
 
 LONGEST_REASON = 200  # characters; the file keeps the whole traceback
-REPORT_EVERY = 0.1  # seconds between two progress messages
+REPORT_EVERY = 0.02  # seconds between two progress messages
 
 
 def serve(connection: Connection) -> None:
@@ -90,7 +90,7 @@ def solve(config: dict[str, Any], progress: Any) -> xr.Dataset:
 def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict[str, Any]:
     """Add the attributes that the case did not set, write the file and summarise it."""
     own = {key: value for key, value in dataset.attrs.items() if value is not None}
-    dataset.attrs = {**attributes, **library_versions(), **{"status": "ok", "reason": ""}, **own}
+    dataset.attrs = {"reason": "", **attributes, **library_versions(), **own}
     unwritten = ""
     try:
         result.write(dataset, Path(target))

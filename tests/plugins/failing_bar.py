@@ -4,6 +4,7 @@ import os
 import signal
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import numba
 import numpy as np
@@ -14,8 +15,8 @@ from mpmbench.core.state import Loads
 from mpmbench.problems.bar_fixed_ends import BarFixedEnds
 
 FAULTS = (
-    "none", "raise", "nan", "negative_volume", "lost_basis", "hang", "hang_in_setup", "segfault", "killed", "exit",
-    "memory", "not_converged", "not_applicable", "slow", "once",
+    "none", "raise", "not_finite", "negative_volume", "lost_basis", "hang", "hang_in_setup", "segfault", "killed",
+    "exit", "memory", "not_converged", "not_applicable", "slow", "once",
 )  # fmt: skip
 
 
@@ -44,8 +45,6 @@ class FailingBar(BarFixedEnds):
 
     def velocity(self, X, material):
         v = super().velocity(X, material)
-        if self.fault == "nan":
-            v[0] = np.nan
         if self.fault == "lost_basis":
             v[:] = 1e4
         return 1e6 * v if self.fault == "negative_volume" else v
@@ -59,6 +58,8 @@ class FailingBar(BarFixedEnds):
             spin(np.zeros(1))
         if t < 2e-4:
             return
+        if self.fault == "not_finite":
+            b[0] = np.nan
         if self.fault == "raise":
             raise ZeroDivisionError("a fault in a plug-in")
         if self.fault == "not_converged":
@@ -75,9 +76,8 @@ class FailingBar(BarFixedEnds):
             hoard = []
             while True:
                 hoard.append(np.ones(2**20))
-                time.sleep(0.001)
         if self.fault == "slow":
             time.sleep(0.01)
-        if self.fault == "once" and not os.path.exists(self.flag_file):
-            open(self.flag_file, "w").close()
+        if self.fault == "once" and not Path(self.flag_file).exists():
+            Path(self.flag_file).touch()
             os.kill(os.getpid(), signal.SIGKILL)
