@@ -146,37 +146,23 @@ def estimate_order(
     h, e = _checked(sizes, errors)
     names = [str(label) for label in (labels if labels is not None else given)]
     names = [names[k] for k in np.argsort(-given)]
-    count = len(h)
+    count, local = len(h), np.diff(np.log(e)) / np.diff(np.log(h))
     if count < 2:
-        none = np.zeros(count, bool)
-        sentence = "no order: one level only" if count else "no order: no finished run"
-        return OrderEstimate(
-            np.nan, np.nan, np.nan, 0.0, np.nan, np.zeros(count), none, none, np.zeros(0), np.nan, sentence
-        )
-
-    local = np.diff(np.log(e)) / np.diff(np.log(h))
-    none, every = np.zeros(count, bool), np.ones(count, bool)
+        return _without_interval(count, local, "no order: one level only" if count else "no order: no finished run")
     if count == 2:
-        sentence = f"slope {local[0]:.2f} between {names[0]} and {names[1]} {label_unit}; two levels give no interval"
-        return OrderEstimate(
-            float(local[0]), np.nan, np.nan, 0.0, np.nan, np.zeros(2), every, none, local, 0.0, sentence
-        )
-
+        where = f"between {names[0]} and {names[1]} {label_unit}"
+        sentence = f"slope {local[0]:.2f} {where}; two levels give no interval"
+        return replace(_without_interval(2, local, sentence), order=float(local[0]), used=np.ones(2, bool))
     if abs(np.log(e[0] / e[-1])) < LEAST_SLOPE * np.log(h[0] / h[-1]) and e.max() < 1.5 * e.min():
-        sentence = (
-            f"no order: over {_span(names)} {label_unit} the errors stay at {e.min():.3g}..{e.max():.3g} {error_unit}"
-        )
-        return OrderEstimate(np.nan, np.nan, np.nan, float(e.min()), 1.0, e.min() / e, none, none, local, 0.0, sentence)
+        stay = f"the errors stay at {e.min():.3g}..{e.max():.3g} {error_unit}"
+        unchanged = _without_interval(count, local, f"no order: over {_span(names)} {label_unit} {stay}")
+        return replace(unchanged, floor=float(e.min()), floor_share=e.min() / e)
 
     first, last, posterior = _longest_explained(h, e)
-    used = np.zeros(count, bool)
-    used[first:last] = True
     if posterior.misfit > ACCEPTED_MISFIT:
         sentence = f"no single order: local slopes run {_slopes(local)} over {_span(names)} {label_unit}"
-        return OrderEstimate(
-            np.nan, np.nan, np.nan, 0.0, np.nan, np.zeros(count), none, none, local, posterior.misfit, sentence
-        )
-
+        return replace(_without_interval(count, local, sentence), misfit=posterior.misfit)
+    used = (np.arange(count) >= first) & (np.arange(count) < last)
     order_weight = posterior.weight.sum(axis=(0, 2))
     low, high = _shortest_interval(ORDERS, order_weight)
     probability = float(posterior.weight[1].sum())
@@ -186,13 +172,23 @@ def estimate_order(
     limit = floor or (predicted_floor if predicted_floor and predicted_floor > 0.5 * e[last - 1] else 0.0)
     share = np.where(used, np.minimum(limit / e, 1.0), 0.0)
     early = _pre_asymptotic(h, posterior.weight.sum(axis=(0, 1)), first, used)
-    # With three levels the mode is an extrapolation of one difference of slopes: the plain slope says what was seen.
-    clear = used & (share < 0.5)
-    plain = fitted_order(h[clear], e[clear]) if clear.sum() > 1 else fitted_order(h[used], e[used])
-    central = plain if count == 3 else _most_probable(ORDERS, order_weight)
-    order = min(max(central, low), high)
+    if early[used].all():  # the order is an extrapolation then: the slopes that were seen stay inside the interval
+        low, high = min(low, float(local.min())), max(high, float(local.max()))
+    order = _most_probable(ORDERS, order_weight)
+    if count == 3:  # the mode would extrapolate one difference of slopes: the plain slope says what was seen
+        clear = used & (share < 0.5)
+        plain = fitted_order(h[clear], e[clear]) if clear.sum() > 1 else fitted_order(h, e)
+        order = plain if low <= plain <= high else order
+    order = min(max(order, low), high)
     found = OrderEstimate(order, low, high, floor, probability, share, used, early, local, posterior.misfit)
     return replace(found, verdict=_sentence(found, names, label_unit, error_unit, predicted_floor))
+
+
+def _without_interval(levels: int, local: np.ndarray, verdict: str) -> OrderEstimate:
+    """An estimate that states no order."""
+    none = np.zeros(levels, bool)
+    nan = float("nan")
+    return OrderEstimate(nan, nan, nan, 0.0, nan, np.zeros(levels), none, none, local, nan, verdict)
 
 
 def _checked(
@@ -336,7 +332,9 @@ def _sentence(
         predicted = f"(predicted {predicted_floor:.2g} {error_unit})"
         parts.append(f"at {limited} {label_unit} most of the error is that of the time step {predicted}")
     early = [names[k] for k in np.flatnonzero(found.pre_asymptotic)]
-    if early:
+    if len(early) == len(names):
+        parts.append(f"pre-asymptotic throughout: local slopes {_slopes(found.local)}")
+    elif early:
         parts.append(f"pre-asymptotic at {_span(early)} {label_unit}")
     beyond = names[used[-1] + 1 :]
     if beyond:

@@ -85,7 +85,7 @@ def work_precision(study: Study, quantity: str) -> tuple[Figure, bool] | None:
         runs = _timed(one, quantity, exclusive)
         look = style.line(one.method, one.basis, one.rank)
         handles += axes.loglog(runs.solver_time, runs[quantity], label=one.label, **look)
-    _log_ticks(axes.xaxis)
+    _log_ticks(axes.xaxis, span=100.0)
     _log_ticks(axes.yaxis)
     axes.set_xlabel("solver time [s]")
     axes.set_ylabel(quantity_label(study, quantity))
@@ -225,11 +225,11 @@ def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) ->
         axes.text(*inside, str(whole), ha="left" if end > start else "right", va="center", size=7, color="#444444")
 
 
-def _log_ticks(axis: Axis) -> None:
-    """Powers of ten; 1, 2 and 5 times them where the axis spans little more than a decade."""
+def _log_ticks(axis: Axis, span: float = 20.0) -> None:
+    """Powers of ten; 1, 2 and 5 times them where the axis spans less than the given factor."""
     low, high = sorted(axis.get_view_interval())
     axis.set_minor_formatter(NullFormatter())
-    if high < 20.0 * low:
+    if high < span * low:
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 

@@ -96,6 +96,13 @@ def test_drift_marks_coarse_levels_as_pre_asymptotic():
     assert "pre-asymptotic at 8" in found.verdict
 
 
+def test_slopes_that_still_change_stay_inside_the_interval():
+    cells = np.array([8, 16, 32])
+    found = estimate_order(1.0 / cells, [1.94e-5, 5.98e-6, 1.29e-6], labels=cells)
+    assert found.low <= found.local.min() and found.high >= found.local.max()
+    assert "pre-asymptotic throughout: local slopes 1.70, 2.21" in found.verdict
+
+
 def test_errors_that_rise_again_are_left_out_and_named():
     e = 1e-4 * CELLS**-2.0
     e[5:] *= 8.0, 40.0
