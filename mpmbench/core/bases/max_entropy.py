@@ -17,9 +17,10 @@ from mpmbench.core.compiled import kernel
 CUBIC_SPLINE, QUARTIC_SPLINE, GAUSSIAN = 0, 1, 2
 DONE, TOO_NARROW, OUTSIDE, FLAT, STALLED = 0, 1, 2, 3, 4  # what becomes of a point
 
-QUADRATIC_RANGE = (
-    1e-7  # Newton steps (in exponents) below this leave an error of 1e-14: the step then taken is the last
-)
+LAST_MOVE = 1e-5  # a Newton step (in exponents) below this, with its third-order correction, errs by its cube
+COUNTED_MOVE = 1e-7  # the same for a plain Newton step, which errs by its square
+SAFE_MOVE = 0.85  # a step with exponents in a range of twice this always lessens log Z
+PATIENCE = 4  # steps before asking whether the point is outside the hull: inside, most are done by then
 HULL_CONDITION = 1e9  # inverse variance, in supports, of points closer than about 1e-9 h to the hull
 INWARDS = 2.0**-23  # how far, relative to the support, the gradient of a point on the hull is taken inside it
 
@@ -136,7 +137,7 @@ def inverse(axes, A, B):  # type: ignore[no-untyped-def]
 
 @lean
 def gather(cloud, x, p, work):  # type: ignore[no-untyped-def]
-    """Number of nodes whose support covers point `p`, and the largest support around it."""
+    """Number of nodes whose supports cover point `p`, and the largest of these supports."""
     cell = cell_of(cloud.buckets, len(cloud.axes), x, p)
     first = cloud.buckets.first[cell]
     candidates = cloud.buckets.first[cell + 1] - first
@@ -149,6 +150,7 @@ def gather(cloud, x, p, work):  # type: ignore[no-untyped-def]
             square += difference * difference
         work.distance[c] = square
     found = 0
+    largest = 0.0
     for c in range(candidates):  # no branches: each is written, and the next overwrites it if it does not count
         i = entry[c]
         work.number[found] = i
@@ -156,12 +158,14 @@ def gather(cloud, x, p, work):  # type: ignore[no-untyped-def]
         work.rr[found] = work.distance[c] * cloud.inverse_square[i]
         for d in range(len(cloud.axes)):
             work.dx[d, found] = work.offset[d, c]
-        found += work.distance[c] < cloud.square[i]
+        covers = work.distance[c] < cloud.square[i]
+        largest = max(largest, cloud.square[i] if covers else 0.0)
+        found += covers
     for k in range(found, (found + LANES - 1) // LANES * LANES):
         work.inverse_square[k] = work.rr[k] = 0.0
         for d in range(len(cloud.axes)):
             work.dx[d, k] = 0.0
-    return found, cloud.buckets.reach[cell]
+    return found, math.sqrt(largest)
 
 
 @lean
@@ -195,13 +199,8 @@ def weigh(cloud, found, work):  # type: ignore[no-untyped-def]
 
 
 @lean
-def moments(axes, found, multiplier, shift, work, r, H):  # type: ignore[no-untyped-def]
-    """Evaluate ``e_i = exp(-lambda . dx_i - shift)``, and Z, the mean r of dx and its covariance H under w_i e_i.
-
-    The slope of log Z in lambda is -r, its curvature H.
-    """
-    for block in range(0, found, LANES):
-        exponentials(axes, multiplier, work.dx, shift, work.e, block)
+def moments(axes, found, work, r, H):  # type: ignore[no-untyped-def]
+    """Z, the mean r of dx and its covariance H under w_i e_i: the slope of log Z in lambda is -r, its curvature H."""
     Z = 0.0
     for d in range(len(axes)):
         r[d] = 0.0
@@ -246,7 +245,24 @@ def length(axes, a):  # type: ignore[no-untyped-def]
 
 
 @lean
-def newton(cloud, found, reach, work, step):  # type: ignore[no-untyped-def]
+def correct(axes, found, work, inverse_H, Z, third, step):  # type: ignore[no-untyped-def]
+    """Add to a Newton step half of ``H^-1 E[dx (step . dx)^2]``: Chebyshev's method, of third order."""
+    for d in range(len(axes)):
+        third[d] = 0.0
+    for k in range(found):
+        t = 0.0
+        for d in range(len(axes)):
+            t += step[d] * work.dx[d, k]
+        weight = work.w[k] * work.e[k] * t * t
+        for d in range(len(axes)):
+            third[d] += weight * work.dx[d, k]
+    for d in range(len(axes)):
+        for b in range(len(axes)):
+            step[d] += 0.5 / Z * inverse_H[d, b] * third[b]
+
+
+@lean
+def newton(cloud, found, reach, last_move, work, step):  # type: ignore[no-untyped-def]
     """Minimise log Z over the multipliers by Newton's method from lambda = 0.
 
     Leaves e_i, and in `step` what a last Newton step would still add to lambda. Steps that could be too long are
@@ -264,6 +280,7 @@ def newton(cloud, found, reach, work, step):  # type: ignore[no-untyped-def]
     r = vector(axes)
     H, inverse_H = matrix(axes, axes), matrix(axes, axes)
     smallest_residual = cloud.tolerance * cloud.spacing * reach
+    work.e[:found] = 1.0
     for d in range(len(axes)):
         multiplier[d] = 0.0
     on_trial = False
@@ -274,7 +291,9 @@ def newton(cloud, found, reach, work, step):  # type: ignore[no-untyped-def]
         size = length(axes, multiplier) * reach
         if size > 300.0:  # else no exponential can overflow
             shift = largest_exponent(axes, found, multiplier, work)
-        Z = moments(axes, found, multiplier, shift, work, r, H)
+        for block in range(0, found if iteration > 0 else 0, LANES):
+            exponentials(axes, multiplier, work.dx, shift, work.e, block)
+        Z = moments(axes, found, work, r, H)
         if on_trial:
             on_trial = False
             if not math.log(Z) + shift <= height - 1e-4 * slope:
@@ -293,11 +312,12 @@ def newton(cloud, found, reach, work, step):  # type: ignore[no-untyped-def]
             for b in range(len(axes)):
                 step[d] += inverse_H[d, b] * r[b]
         move = length(axes, step) * reach
-        if move <= QUADRATIC_RANGE and determinant > 0.0:
+        if move <= last_move and determinant > 0.0:
+            correct(axes, found, work, inverse_H, Z, r, step)
             return DONE, (iteration + 1 if counted < 0 else counted), False
         if residual <= smallest_residual and not trace * reach * reach < HULL_CONDITION:
             return DONE, counted, True
-        if iteration > 2:  # a half-space that holds every dx_i: the point is not in their hull
+        if iteration >= PATIENCE:  # a half-space that holds every dx_i: the point is not in their hull
             nearest = -largest_exponent(axes, found, multiplier, work)
             if nearest * reach > smallest_residual * size:
                 return OUTSIDE, iteration, False
@@ -305,7 +325,7 @@ def newton(cloud, found, reach, work, step):  # type: ignore[no-untyped-def]
             if not cloud.line_search:
                 return STALLED, iteration, False
             return (OUTSIDE if size > 30.0 else FLAT), iteration, False
-        if cloud.line_search and move > 0.5:
+        if cloud.line_search and move > SAFE_MOVE:
             on_trial = True
             height = math.log(Z) + shift
             low, high = np.inf, -np.inf
@@ -392,7 +412,7 @@ def evaluate_inside(cloud, x, p, work, row, index, phi, grad_phi):  # type: igno
         return TOO_NARROW, found, 0, False
     step = vector(cloud.axes)
     weigh(cloud, found, work)
-    status, iterations, on_hull = newton(cloud, found, reach, work, step)
+    status, iterations, on_hull = newton(cloud, found, reach, LAST_MOVE, work, step)
     if status != DONE or on_hull:
         return status, found, iterations, on_hull
     residual = finish(cloud.axes, found, work, step, row, index, phi, grad_phi)
@@ -421,7 +441,7 @@ def evaluate_on_hull(cloud, x, p, found, work, row, index, phi, grad_phi):  # ty
     step = vector(cloud.axes)
     found, reach = gather(cloud, x, p, work)
     weigh(cloud, found, work)
-    newton(cloud, found, reach, work, step)
+    newton(cloud, found, reach, LAST_MOVE, work, step)
     most = total = 0.0
     for k in range(found):
         work.w[k] *= work.e[k]
@@ -476,6 +496,6 @@ def count_steps(cloud, work, x, iterations):  # type: ignore[no-untyped-def]
         found, reach = gather(cloud, x, p, work)
         if found > 0:
             weigh(cloud, found, work)
-            status, steps, _ = newton(cloud, found, reach, work, step)
+            status, steps, _ = newton(cloud, found, reach, COUNTED_MOVE, work, step)
             if status == DONE:
                 iterations[p] = steps

@@ -25,8 +25,6 @@ class Buckets(NamedTuple):
         Cell c owns ``entry[first[c] : first[c + 1]]``, shape (number of cells + 1,).
     entry : ndarray of int
         Node numbers, ascending in every cell.
-    reach : ndarray
-        Largest support that reaches each cell [m], shape (number of cells,).
     """
 
     cells: np.ndarray
@@ -35,7 +33,6 @@ class Buckets(NamedTuple):
     inverse_size: np.ndarray
     first: np.ndarray
     entry: np.ndarray
-    reach: np.ndarray
 
 
 @lean
@@ -87,7 +84,6 @@ def _visit(buckets, nodes, support, low, high, gap, write):  # type: ignore[no-u
                         if write:
                             buckets.entry[buckets.first[cell]] = i
                             buckets.first[cell] += 1
-                            buckets.reach[cell] = max(buckets.reach[cell], support[i])
                         else:
                             buckets.first[cell + 1] += 1
 
@@ -113,7 +109,6 @@ def fill_buckets(buckets: Buckets, nodes: np.ndarray, support: np.ndarray) -> Bu
     buckets.size[:dimension] = np.where(extent > 0.0, extent / buckets.cells[:dimension], 1.0)
     buckets.inverse_size[:] = 1.0 / buckets.size
     buckets.first[:] = 0
-    buckets.reach[:] = 0.0
     work = np.zeros(3, dtype=np.int64), np.zeros(3, dtype=np.int64), np.zeros(3)
     _visit(buckets, nodes, support, *work, False)
     np.cumsum(buckets.first, out=buckets.first)
@@ -135,15 +130,13 @@ def make_buckets(nodes: np.ndarray, support: np.ndarray, local: bool) -> Buckets
         edge = (np.prod(extent[used]) / len(nodes)) ** (1.0 / max(used.sum(), 1))
         wanted = np.where(used, np.maximum(extent / edge if edge > 0.0 else 1.0, 1.0), 1.0)
         cells[:dimension] = np.minimum(wanted, len(nodes)).astype(np.int64)
-    total = int(cells.prod())
     buckets = Buckets(
         cells=cells,
         lower=np.zeros(3),
         size=np.ones(3),
         inverse_size=np.ones(3),
-        first=np.zeros(total + 1, dtype=np.int64),
+        first=np.zeros(int(cells.prod()) + 1, dtype=np.int64),
         entry=np.zeros(0, dtype=np.int32),
-        reach=np.zeros(total),
     )
     return fill_buckets(buckets, nodes, support)
 
