@@ -75,6 +75,10 @@ class Problem:
         """A second reference that is reported beside the exact one."""
         return {}
 
+    def observe(self, state: State) -> dict[str, Any]:
+        """Time series of the problem's own, by name: numbers or arrays that join the history when it is sampled."""
+        return {}
+
     def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
         """Quantities of interest: name -> (value or time series, unit, long name)."""
         return {}

@@ -64,6 +64,7 @@ def read(config: Config) -> Case:
     except KeyError:
         raise BadSetting("method.time", choices.time, "one of " + ", ".join(registry.names("method"))) from None
     getattr(step, "check", lambda _: None)(choices)
+    getattr(case.basis, "check", lambda _: None)(choices)
     if dimension not in case.basis.promises.dimensions:
         raise NotApplicable(f"basis={case.basis_name} does not exist in {dimension}D")
     problem.check(case.material, choices, case.basis_name, resolution)
@@ -98,9 +99,17 @@ def estimate_memory(config: Config) -> float:
     geometry = case.problem.nodes(case.resolution, case.choices)
     cells = float(np.prod([float(n) for n in geometry.cells])) if isinstance(geometry, Box) else len(geometry.nodes)
     particle = 8.0 * (8 + 5 * dim + 3 * dim**2) * 4  # arrays, their snapshots, and the state that is warmed up
-    stencil = 8.0 * 5**dim * (2 + 2 * dim) if case.choices.moving or not case.basis.promises.grid else 0.0
+    clouds = case.choices.moving or not case.basis.promises.grid
+    stencil = 8.0 * 5**dim * (2 + 2 * dim) if clouds else 0.0
+    if case.choices.time != "explicit":  # where each pair of functions of a particle goes in the matrix, and its band
+        pairs = (3**dim) ** 2 if clouds else (2**dim) ** 2
+        stencil += 4.0 * pairs
+        cells_across = cells ** (1.0 - 1.0 / dim)
+        band = 8.0 * dim * min(9.0 * dim * cells_across, 2000.0)
+    else:
+        band = 0.0
     node = 8.0 * (1 + 8 * dim) + (8.0 * 3 * 5**dim if case.choices.mass == "consistent" else 0.0)
-    return (cells * case.particles_per_cell * (particle + stencil) + cells * node) / 2**20
+    return (cells * case.particles_per_cell * (particle + stencil) + cells * (node + band)) / 2**20
 
 
 def build(case: Case) -> State:
@@ -117,7 +126,9 @@ def build(case: Case) -> State:
         velocity=lambda x: problem.velocity(x, material),
         loads=problem.loads(material),
     )
-    return build_state(body, case.basis, material, case.choices)
+    state = build_state(body, case.basis, material, case.choices)
+    state.observe = problem.observe
+    return state
 
 
 def solve(config: Config, progress: Progress | None = None) -> xr.Dataset:
@@ -190,6 +201,7 @@ def dataset(config: Config, case: Case, state: State | None, solution: Solution,
     scalar("n_nodes", len(state.basis.nodes), "1", "number of nodes (degrees of freedom per component)")
     scalar("n_cell_crossings", solution.cell_crossings, "1", "number of times a particle has changed its grid cell")
     _add_history(out, solution, scalar)
+    _add_records(out, solution)
     _add_snapshots(out, case, particles, X, solution)
     if solution.status == "ok":
         _add_errors(case, X, solution, scalar)
@@ -225,6 +237,21 @@ def _add_history(out: xr.Dataset, solution: Solution, scalar: Callable[..., None
     scalar("momentum_drift", drift.max(), "kg m s-1", "largest change of total momentum")
 
 
+def _add_records(out: xr.Dataset, solution: Solution) -> None:
+    """What the time loop noted about each step; lists of different lengths are padded with nan."""
+    for name, dim, unit, text in (
+        ("newton_residual", "iteration", "1", "residual of Newton's iteration relative to the external force"),
+        ("reaction", "dim", "N", "sum of the forces that hold the constrained nodes"),
+    ):
+        rows = solution.records.get(name)
+        if rows:
+            table = np.full((len(rows), max(len(row) for row in rows)), np.nan)
+            for step, row in enumerate(rows):
+                table[step, : len(row)] = row
+            out[name] = (("step", dim) if len(rows) == solution.steps else ("tried_step", dim), table)
+            out[name].attrs = {"units": unit, "long_name": text}
+
+
 def _add_snapshots(out: xr.Dataset, case: Case, p: Particles, X: np.ndarray, solution: Solution) -> None:
     keep = p.material
     shots = solution.snapshots
@@ -242,11 +269,19 @@ def _add_snapshots(out: xr.Dataset, case: Case, p: Particles, X: np.ndarray, sol
     }
     for name, (dims, values, unit) in computed.items():
         out[name] = (dims, values, {"units": unit, "long_name": name})
-    half = 0.5 * solution.time_step
+    for name, (column, unit, text) in getattr(case.material, "outputs", {}).items():
+        values = np.array([shot["state"][keep, column] for shot in shots])
+        out[name] = (("snapshot", "particle"), values, {"units": unit, "long_name": text})
+    half = _velocity_lag(case, solution)
     for name, dims in (("displacement", vector), ("velocity", vector), ("stress", tensor)):
         exact = [_exact(case, X, t, half if t > 0.0 else 0.0).get(name) for t in times]
         if all(part is not None for part in exact):
             out[f"{name}_exact"] = (dims, np.array(exact), {"units": UNITS[name], "long_name": f"exact {name}"})
+
+
+def _velocity_lag(case: Case, solution: Solution) -> float:
+    """How much earlier than positions velocities live [s]: half a step of the leapfrog scheme."""
+    return 0.5 * solution.time_step if case.choices.time == "explicit" else 0.0
 
 
 def _exact(case: Case, X: np.ndarray, t: float, half_step: float) -> dict[str, np.ndarray]:
@@ -261,7 +296,7 @@ def _add_errors(case: Case, X: np.ndarray, solution: Solution, scalar: Callable[
     last, t = solution.snapshots[-1], solution.time_reached
     n = len(X)
     computed = {"displacement": last["x"][:n] - X, "velocity": last["v"][:n], "stress": last["sigma"][:n]}
-    references = {"": _exact(case, X, t, 0.5 * solution.time_step)}
+    references = {"": _exact(case, X, t, _velocity_lag(case, solution))}
     references["_alternative"] = case.problem.alternative(X, t, case.material)
     for suffix, exact in references.items():
         for name, reference in exact.items():

@@ -19,7 +19,7 @@ from mpmbench.core.registry import plugin_folders
 
 PACKAGE = Path(__file__).resolve().parents[1]
 GROUPS = ("method", "basis", "material", "problem")
-PROBLEM_DEFAULTS = ("method_defaults", "material_defaults")
+PROBLEM_DEFAULTS = ("method_defaults", "basis_defaults", "material_defaults")
 
 
 class BadInput(Exception):

@@ -35,10 +35,17 @@ def resolve(composed: DictConfig, hydra: Any) -> tuple[dict[str, Any], str]:
 
 
 def fill(plain: dict[str, Any], given: set[str], experiment: str | None) -> tuple[dict[str, Any], str]:
-    """Apply the problem's ``method_defaults`` and ``material_defaults`` to keys that nobody gave, then check types."""
+    """Apply the problem's ``method_defaults``, ``basis_defaults`` and ``material_defaults``, then check types.
+
+    Those of methods and bases are listed by name; a key that was given keeps its value.
+    """
     config = {key: dict(value) if key in GROUPS else value for key, value in plain.items() if key != "cases"}
-    by_method, for_material = (config["problem"].pop(key, None) or {} for key in PROBLEM_DEFAULTS)
-    for group, defaults in (("method", by_method.get(config["method"]["name"], {})), ("material", for_material)):
+    by_method, by_basis, for_material = (config["problem"].pop(key, None) or {} for key in PROBLEM_DEFAULTS)
+    for group, defaults in (
+        ("method", by_method.get(config["method"]["name"], {})),
+        ("basis", by_basis.get(config["basis"]["name"], {})),
+        ("material", for_material),
+    ):
         for key, value in defaults.items():
             if key in config[group] and f"{group}.{key}" not in given:
                 config[group][key] = value

@@ -8,8 +8,10 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from mpmbench.core.bases import Promises
+from mpmbench.core.bases.cloud import CloudBasis
 from mpmbench.core.bases.entropy_basis import PROMISES, EntropyBasis
 from mpmbench.core.bases.max_entropy import GAUSSIAN
+from mpmbench.core.bases.truncated_entropy import truncated_basis
 from mpmbench.core.errors import BadSetting, require, require_option
 from mpmbench.core.geometry import Box, Geometry
 from mpmbench.core.registry import register
@@ -29,8 +31,12 @@ class LocalMaxEnt:
     spacing : float or None
         Nodal spacing h [m]; None or 0 reads it from the nodes as they are at the start (`nodal_spacing`).
     radius : float or None
-        Search radius R [m]; None or 0 takes the larger of h sqrt(ln(1 / cutoff) / gamma) and 2.5 h. At the rim the
-        Gaussian is lowered by its tangent in r^2, so that nodes enter and leave a support without a jump.
+        Search radius R [m]; None or 0 takes the larger of h sqrt(ln(1 / cutoff) / gamma) and 2.5 h.
+    relative_radius : float
+        The same in nodal spacings, R / h; 0 takes `radius`.
+    rim : {"smooth", "cut"}
+        At the rim the Gaussian is lowered by its tangent in r^2, so that nodes enter and leave a support without a
+        jump; or it is cut off, and points whose nodes do not suffice take more (Iaconeta 2017, section 5.3).
     cutoff : float
         Value of the Gaussian at the automatic radius, at most 1e-6.
     tolerance : float
@@ -44,6 +50,8 @@ class LocalMaxEnt:
     gamma: float = 1.8
     spacing: float | None = None
     radius: float | None = None
+    relative_radius: float = 0.0
+    rim: str = "smooth"
     cutoff: float = 1e-8
     tolerance: float = 1e-12
     search: str = "local"
@@ -55,18 +63,24 @@ class LocalMaxEnt:
         for key in ("spacing", "radius"):
             value = getattr(self, key) or 0.0
             require(0.0 <= value < math.inf, key, value, "a positive length in metres, or 0 for an automatic one")
+        relative = self.relative_radius
+        require(relative == 0.0 or 1.0 < relative <= 20.0, "relative_radius", relative, "a number from 1 to 20, or 0")
+        require_option("rim", self.rim, ("smooth", "cut"))
         require(1e-15 <= self.cutoff <= 1e-6, "cutoff", self.cutoff, "a number from 1e-15 to 1e-6")
         require(1e-13 <= self.tolerance <= 1e-6, "tolerance", self.tolerance, "a number from 1e-13 to 1e-6")
         require_option("search", self.search, ("local", "all"))
         require(isinstance(self.line_search, bool), "line_search", self.line_search, "true or false")
 
-    def build(self, geometry: Geometry, particles: int, moving: bool) -> EntropyBasis:
+    def build(self, geometry: Geometry, particles: int, moving: bool) -> EntropyBasis | CloudBasis:
         """The basis on the nodes of `geometry`, with room for `particles` particles."""
         h = self.spacing or nodal_spacing(geometry)
-        radius = self.radius or h * max(math.sqrt(-math.log(self.cutoff) / self.gamma), SMALLEST_RADIUS)
+        automatic = h * max(math.sqrt(-math.log(self.cutoff) / self.gamma), SMALLEST_RADIUS)
+        radius = self.relative_radius * h or self.radius or automatic
         if radius <= h:
             raise BadSetting("radius", self.radius, f"more than the nodal spacing of {h:.6g} m")
         nodes = geometry.nodes() if isinstance(geometry, Box) else geometry.nodes
+        if self.rim == "cut":
+            return truncated_basis(nodes, particles, radius, self.gamma / h**2, self.tolerance)
         return EntropyBasis(
             nodes,
             particles,

@@ -27,5 +27,10 @@ def check_choices(choices: Choices) -> None:
         )
     if choices.stress_update != "usl":
         raise NotApplicable(f"{loop} finds stress and displacement together: it needs method.stress_update=usl")
+    if choices.dirichlet != "direct" and (choices.frozen or not choices.moving):
+        raise NotApplicable(
+            f"method.dirichlet={choices.dirichlet} holds points of the material: it needs method.nodes=moving and "
+            "method.shape_functions=updated"
+        )
     if choices.ghost_stiffness > 0.0 and (choices.moving or choices.frozen):
         raise NotApplicable("method.ghost_stiffness > 0 needs a background grid that particles move through")

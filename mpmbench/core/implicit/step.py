@@ -8,6 +8,7 @@ from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.bases.tensor import fill
 from mpmbench.core.errors import NotConverged
 from mpmbench.core.implicit import assembly
+from mpmbench.core.implicit.constraints import HeldPoints, add_penalty
 from mpmbench.core.implicit.ghost import GhostCells, GhostGrid, add_ghost
 from mpmbench.core.implicit.linear import factorise, product
 from mpmbench.core.implicit.pattern import Pattern, build_pattern
@@ -46,6 +47,8 @@ class Workspace:
         Shape functions at the start of the step.
     F, state, tau : ndarray
         Deformation gradients, history and Kirchhoff stresses of the current iterate.
+    held : HeldPoints or None
+        Dirichlet conditions at points; without them, nodes are held directly.
     """
 
     phi: Stencils
@@ -55,6 +58,7 @@ class Workspace:
     pattern: Pattern | None = None
     ghost_grid: GhostGrid | None = None
     ghost: GhostCells | None = None
+    held: HeldPoints | None = None
     pattern_of: tuple[np.ndarray, np.ndarray] = field(default_factory=lambda: (np.zeros(0), np.zeros(0)))
 
 
@@ -68,6 +72,8 @@ def prepare(s: State) -> Workspace:
         w = Workspace(Stencils.empty(len(p.x), width, p.dimension), p.F.copy(), p.state.copy(), p.sigma.copy())
         if s.choices.ghost_stiffness > 0.0:
             w.ghost_grid = GhostGrid(s.basis)
+        if s.choices.dirichlet != "direct" and s.fixed.any():
+            w.held = HeldPoints.at_nodes(s.basis, s.fixed)
         s.workspace = w
     if isinstance(s.basis.handle, Stencils):
         w.phi = s.basis.handle
@@ -77,12 +83,21 @@ def prepare(s: State) -> Workspace:
     if w.ghost_grid is not None:
         w.ghost = w.ghost_grid.cells(w.phi)
     size = np.where((p.V0 > 0.0) | (w.ghost is not None), w.phi.size, 0)  # tracers hold nothing
-    if w.pattern is None or not (
-        np.array_equal(size, w.pattern_of[0]) and np.array_equal(w.phi.index, w.pattern_of[1])
-    ):
-        w.pattern = build_pattern(size, w.phi.index, s.basis.nodes, s.material.symmetric_tangent)
-        w.pattern_of = size, w.phi.index.copy()
+    index = w.phi.index
+    if w.held is not None:
+        w.held.phi = s.basis.evaluate(w.held.x)
+        size, index = np.append(size, w.held.phi.size), _stacked(index, w.held.phi.index)
+    same = w.pattern is not None and np.array_equal(size, w.pattern_of[0]) and np.array_equal(index, w.pattern_of[1])
+    if not same:
+        w.pattern = build_pattern(size, index, s.basis.nodes, s.material.symmetric_tangent)
+        w.pattern_of = size, index.copy()
     return w
+
+
+def _stacked(above: np.ndarray, below: np.ndarray) -> np.ndarray:
+    """Two lists of node numbers as one, the narrower one padded."""
+    width = max(above.shape[1], below.shape[1])
+    return np.vstack([np.pad(part, ((0, 0), (0, width - part.shape[1]))) for part in (above, below)])
 
 
 def external_force(s: State, w: Workspace, time: float) -> np.ndarray:
@@ -101,47 +116,54 @@ def external_force(s: State, w: Workspace, time: float) -> np.ndarray:
 class Equations:
     """Residual and tangent of one step as functions of the increment du, shape (N, dim)."""
 
-    def __init__(self, s: State, w: Workspace, external: np.ndarray, inertia: Inertia | None) -> None:
+    def __init__(self, s: State, w: Workspace, external: np.ndarray, dt: float, inertia: Inertia | None) -> None:
         assert w.pattern is not None
         self.s, self.w, self.external, self.inertia = s, w, external, inertia
         self.pattern = w.pattern
         dim = s.particles.dimension
         self.internal = np.zeros_like(external)
         self.blocks = np.zeros((len(self.pattern.column), dim, dim))
-        self.fixed = s.fixed[self.pattern.active]
+        self.fixed = s.fixed[self.pattern.active] & (w.held is None)
         lame, shear = s.material.lame_parameters()
-        self.ghost_stiffness = s.choices.ghost_stiffness * shear * (3.0 * lame + 2.0 * shear) / (lame + shear)
+        self.young_modulus = shear * (3.0 * lame + 2.0 * shear) / (lame + shear)
+        if w.held is not None:
+            self.G = w.held.matrix(self.pattern, dim)
+            self.wanted = self._prescribed(s.time + dt)
+            self.penalty = self.young_modulus * (s.choices.penalty if s.choices.dirichlet == "penalty" else 1.0)
+
+    def _prescribed(self, time: float) -> np.ndarray:
+        """Displacements that the held points should have [m], shape (C,)."""
+        held, motion = self.w.held, self.s.loads.prescribed_motion
+        assert held is not None
+        if motion is None:
+            return np.zeros(len(held.point))
+        return motion(held.X, time)[held.point, held.component]
+
+    def gap(self, du: np.ndarray) -> np.ndarray:
+        """Displacements of the held points less those that are wanted [m], shape (C,)."""
+        held = self.w.held
+        assert held is not None
+        moved = np.asarray(self.G @ du[self.pattern.active].ravel())
+        return held.u[held.point, held.component] + moved - self.wanted
 
     def residual(self, du: np.ndarray) -> np.ndarray | None:
-        """``f_ext - f_int - M a`` at all nodes [N]; None when a particle is turned inside out.
+        """``f_ext - f_int - M a`` less the forces at held points, at all nodes [N]; None when a particle is inverted.
 
         The tangent at the same increment is left in `blocks`.
         """
         p, w, pattern = self.s.particles, self.w, self.pattern
         self.internal[:], self.blocks[:] = 0.0, 0.0
+        iterate = w.F, w.state, w.tau, self.internal
         inverted = assembly.equilibrium(
-            self.s.law,
-            w.phi,
-            p.V0,
-            p.F,
-            p.state,
-            du,
-            w.F,
-            w.state,
-            w.tau,
-            self.internal,
-            True,
-            pattern.slot,
-            self.blocks,
+            self.s.law, w.phi, p.V0, p.F, p.state, du, *iterate, True, pattern.slot, self.blocks
         )
         if inverted >= 0:
             return None
         residual = self.external - self.internal
         if w.ghost is not None:
+            stiffness = self.s.choices.ghost_stiffness * self.young_modulus
             ghost = np.zeros_like(residual)
-            add_ghost(
-                w.phi, w.ghost.point, w.ghost.laplace, self.ghost_stiffness, du, ghost, True, pattern.slot, self.blocks
-            )
+            add_ghost(w.phi, w.ghost.point, w.ghost.laplace, stiffness, du, ghost, True, pattern.slot, self.blocks)
             residual -= ghost
         if self.inertia is not None:
             a = (self.inertia.coefficient * du + self.inertia.start)[pattern.active]
@@ -149,18 +171,37 @@ class Equations:
             residual[pattern.active] -= product(pattern.start, pattern.column, mass, pattern.lower, a)
             for d in range(du.shape[1]):
                 self.blocks[:, d, d] += self.inertia.coefficient * mass
+        if w.held is not None:
+            slot = pattern.slot[len(p.x) :]
+            add_penalty(w.held.phi, w.held.point, w.held.component, self.penalty, slot, self.blocks)
+            if self.s.choices.dirichlet == "penalty":
+                w.held.multiplier = self.penalty * self.gap(du)
+            residual[pattern.active] -= (self.G.T @ w.held.multiplier).reshape(-1, du.shape[1])
         return residual
 
-    def correction(self, residual: np.ndarray) -> np.ndarray:
-        """``K^-1 r``, shape (N, dim)."""
+    def correction(self, du: np.ndarray, residual: np.ndarray) -> np.ndarray:
+        """``K^-1 r``, shape (N, dim); multipliers are brought up to date."""
         solve = factorise(self.pattern, self.blocks, self.fixed)
+        right = residual[self.pattern.active].ravel()
+        if self.w.held is not None and self.s.choices.dirichlet == "multipliers":
+            # the penalty G^T G in the matrix changes nothing on the constraint, and makes it definite
+            right = right - self.penalty * (self.G.T @ self.gap(du))
+            change, response = solve(right), solve(self.G.T.toarray())
+            force = np.linalg.solve(self.G @ response, self.G @ change + self.gap(du))
+            self.w.held.multiplier = self.w.held.multiplier + force
+            change -= response @ force
+        else:
+            change = solve(right)
         out = np.zeros_like(residual)
-        out[self.pattern.active] = solve(residual[self.pattern.active].ravel()).reshape(-1, residual.shape[1])
+        out[self.pattern.active] = change.reshape(-1, residual.shape[1])
         return out
 
-    def size(self, residual: np.ndarray) -> float:
-        """Norm of the residual without the reactions [N]."""
-        return float(np.linalg.norm(residual[self.pattern.active][~self.fixed]))
+    def size(self, du: np.ndarray, residual: np.ndarray) -> float:
+        """Norm of the residual without the reactions, and of the gaps times Young's modulus [N]."""
+        norm = float(np.linalg.norm(residual[self.pattern.active][~self.fixed]))
+        if self.w.held is not None and self.s.choices.dirichlet == "multipliers":
+            norm = float(np.hypot(norm, self.young_modulus * np.linalg.norm(self.gap(du))))
+        return norm
 
 
 def equilibrate(s: State, equations: Equations, du: np.ndarray) -> np.ndarray:
@@ -177,7 +218,7 @@ def equilibrate(s: State, equations: Equations, du: np.ndarray) -> np.ndarray:
     residual = equations.residual(du)
     if residual is None:
         raise NotConverged("the prescribed motion of this step turns a particle inside out")
-    norms = [equations.size(residual)]
+    norms = [equations.size(du, residual)]
     reference = float(np.linalg.norm(equations.external)) or max(norms[0], float(np.linalg.norm(equations.internal)))
     limit = s.choices.residual_tolerance * reference
     while norms[-1] > limit:
@@ -187,9 +228,9 @@ def equilibrate(s: State, equations: Equations, du: np.ndarray) -> np.ndarray:
                 f"Newton's iteration: residual {norms[-1] / reference:.2e} of the external force after "
                 f"{s.choices.max_iterations} iterations; {s.choices.residual_tolerance:.1e} is wanted"
             )
-        change = equations.correction(residual)
+        change = equations.correction(du, residual)
         residual = search_line(equations, du, change, norms)
-        norms.append(equations.size(residual))
+        norms.append(equations.size(du, residual))
     s.record("newton_residual", np.array(norms) / reference)
     return residual
 
@@ -201,7 +242,7 @@ def search_line(equations: Equations, du: np.ndarray, change: np.ndarray, norms:
     du += change
     while True:
         residual = equations.residual(du)
-        if residual is not None and (equations.size(residual) <= allowed or fraction < 0.1):
+        if residual is not None and (equations.size(du, residual) <= allowed or fraction < 0.1):
             return residual
         if fraction < SHORTEST_STEP:
             raise NotConverged("Newton's iteration: every step along its direction turns a particle inside out")
@@ -223,6 +264,11 @@ def convect(s: State, w: Workspace, du: np.ndarray) -> np.ndarray:
     carry_tracers(s, w, moved)
     assembly.commit(s.axes, p.V0, w.F, w.state, w.tau, p.F, p.state, p.V, p.sigma)
     p.x += moved
+    if w.held is not None:
+        step = np.zeros_like(w.held.x)
+        assembly.interpolate(w.held.phi, du, step)
+        w.held.x += step
+        w.held.u += step
     if s.choices.moving and not s.choices.frozen:
         s.basis.move(du)
     return moved
@@ -245,15 +291,17 @@ def start_increment(s: State, dt: float) -> np.ndarray:
     """Increment of displacement that Newton starts from [m], shape (N, dim): zero but for the prescribed motion."""
     du = np.zeros_like(s.nodes.v)
     motion = s.loads.prescribed_motion
-    if motion is not None:
+    if motion is not None and s.choices.dirichlet == "direct":
         change = motion(s.initial_nodes, s.time + dt) - motion(s.initial_nodes, s.time)
         du[s.fixed] = change[s.fixed]
     return du
 
 
-def reaction(s: State, residual: np.ndarray) -> np.ndarray:
-    """Sum of the forces that hold the fixed components [N], shape (dim,)."""
-    return -np.sum(residual * s.fixed, axis=0)
+def reaction(s: State, w: Workspace, residual: np.ndarray) -> np.ndarray:
+    """Sum of the forces that hold nodes or points [N], shape (dim,)."""
+    if w.held is None:
+        return -np.sum(residual * s.fixed, axis=0)
+    return -np.bincount(w.held.component, w.held.multiplier, minlength=s.particles.dimension)
 
 
 def work_of_loads(s: State, before: np.ndarray, moved: np.ndarray, dt: float) -> float:

@@ -45,7 +45,7 @@ def step(s: State, dt: float) -> None:
 
     external_force(s, w, s.time)
     before = p.b.copy()
-    equations = Equations(s, w, external_force(s, w, s.time + dt), inertia)
+    equations = Equations(s, w, external_force(s, w, s.time + dt), dt, inertia)
     du = start_increment(s, dt)
     residual = equilibrate(s, equations, du)
 
@@ -60,7 +60,7 @@ def step(s: State, dt: float) -> None:
         assembly.interpolate(w.phi, n.a, p.a)  # Eq. 47
         p.v += dt * ((1.0 - velocity) * a_p + velocity * p.a)  # Eq. 48
     moved = convect(s, w, du)  # Eqs. 46, 49
-    s.record("reaction", reaction(s, residual))
+    s.record("reaction", reaction(s, w, residual))
     s.external_work += work_of_loads(s, before, moved, dt)
     s.time += dt
 
@@ -105,7 +105,8 @@ def projected(s: State, w: Workspace, u: np.ndarray) -> np.ndarray:
         out[active] = solve(sums[active])
         if not np.isfinite(out).all():
             raise BrokeDown("singular consistent mass: use method.projection=lumped or more particles per cell")
-    out[s.fixed] = 0.0
+    if w.held is None:
+        out[s.fixed] = 0.0
     return out
 
 

@@ -25,11 +25,11 @@ def step(s: State, dt: float) -> None:
     w = prepare(s)
     external_force(s, w, s.time)
     before = s.particles.b.copy()
-    equations = Equations(s, w, external_force(s, w, s.time + dt), inertia=None)
+    equations = Equations(s, w, external_force(s, w, s.time + dt), dt, inertia=None)
     du = start_increment(s, dt)
     residual = equilibrate(s, equations, du)
     moved = convect(s, w, du)
-    s.record("reaction", reaction(s, residual))
+    s.record("reaction", reaction(s, w, residual))
     s.external_work += work_of_loads(s, before, moved, dt)
     s.time += dt
 

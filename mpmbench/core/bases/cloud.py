@@ -1,0 +1,149 @@
+"""Functions of a point's nearest nodes: the search and the repair that `mls` and truncated `lme` share.
+
+The cloud of a point holds the nodes closer than a search radius, but at least a minimum number. A point whose functions
+cannot be found, or only from an ill-conditioned matrix, takes in the next nearest node, and the next (Iaconeta 2017,
+section 5.3).
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from mpmbench.core.bases import Promises
+from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.errors import BadSetting, BrokeDown
+
+SPARE = 4  # nodes that are looked up beyond the largest cloud, for repairs
+GROWTH = 1.1  # a radius that grows reaches so far beyond the last node, which would have no weight otherwise
+LARGEST_CLOUD = 200  # a point that needs more nodes than this has no functions
+
+PATIENCE = 8  # nodes that are added for the sake of conditioning; points on the hull never become well-conditioned
+
+# fill(nodes, x, points, near, count, radius, strict, stored, failed) evaluates x[points] from the nodes
+# near[p, :count[p]], and marks those that fail or, if strict, are ill-conditioned
+Fill = Callable[
+    [np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, bool, Stencils, np.ndarray], None
+]
+
+
+class CloudBasis:
+    """Functions of the nearest nodes of each point (fulfils `Basis`).
+
+    Parameters
+    ----------
+    nodes : ndarray
+        Positions [m], shape (N, dim); copied.
+    particles : int
+        Number of particles that `locate` is called for.
+    radius : float
+        Search radius R [m].
+    minimum_nodes : int
+        Least number of nodes in a cloud.
+    fill : callable
+        Evaluates the functions of some points, and says which have failed.
+    promises : Promises
+
+    Attributes
+    ----------
+    repaired : int
+        Number of points whose cloud was enlarged at the last `locate` because their functions failed.
+    """
+
+    def __init__(
+        self,
+        nodes: np.ndarray,
+        particles: int,
+        radius: float,
+        minimum_nodes: int,
+        fill: Fill,
+        promises: Promises,
+    ) -> None:
+        self.nodes = np.array(nodes, dtype=float)
+        if len(self.nodes) < max(minimum_nodes, self.nodes.shape[1] + 1):
+            raise BadSetting("nodes", len(self.nodes), f"at least {max(minimum_nodes, self.nodes.shape[1] + 1)} nodes")
+        self.promises, self.radius, self.minimum_nodes = promises, radius, minimum_nodes
+        self._fill_points = fill
+        self._tree = cKDTree(self.nodes)
+        self._width = min(len(self.nodes), max(minimum_nodes, 2 * self.nodes.shape[1]) + SPARE)
+        self.handle = Stencils.empty(particles, 1, self.nodes.shape[1])
+        self.repaired = 0
+
+    def evaluate(self, x: np.ndarray) -> Stencils:
+        """Values and gradients at any points `x` [m], shape (n, dim), in arrays of their own.
+
+        Raises
+        ------
+        BrokeDown
+            When a point has no functions, whatever the size of its cloud.
+        """
+        return self._fill(np.ascontiguousarray(x))[0]
+
+    def locate(self, x: np.ndarray) -> None:
+        """Store the functions of the particles in `handle`."""
+        self.handle, self.repaired = self._fill(x)
+
+    def first_outside(self, x: np.ndarray) -> int:
+        """A point always finds nodes; a lost one is not a number."""
+        lost = np.flatnonzero(~np.isfinite(x).all(axis=1))
+        return int(lost[0]) if len(lost) else -1
+
+    def move(self, displacement: np.ndarray) -> None:
+        """Move the nodes; neighbours are found again at the next `locate`."""
+        self.nodes += displacement
+        if not np.isfinite(self.nodes).all():
+            raise BrokeDown(f"node {int(np.argmin(np.isfinite(self.nodes).all(axis=1)))} has no finite position")
+        self._tree = cKDTree(self.nodes)
+
+    def _fill(self, x: np.ndarray) -> tuple[Stencils, int]:
+        if not np.isfinite(x).all():
+            raise BrokeDown(f"point {int(np.argmin(np.isfinite(x).all(axis=1)))} has no finite position")
+        distance, near = self._nearest(x)
+        count = np.maximum(np.sum(distance < self.radius, axis=1), self.minimum_nodes)
+        radius = self._radii(distance, count)
+        stored = Stencils.empty(len(x), int(count.max(initial=1)) + SPARE, x.shape[1])
+        failed = np.zeros(len(x), dtype=np.bool_)
+        self._fill_points(self.nodes, x, np.arange(len(x)), near, count, radius, True, stored, failed)
+        repaired, rounds = int(failed.sum()), 0
+        while (points := np.flatnonzero(failed)).size:
+            rounds += 1
+            count[points] += 1
+            most = int(count[points].max())
+            if most > min(LARGEST_CLOUD, len(self.nodes)):
+                p = points[int(np.argmax(count[points]))]
+                raise BrokeDown(
+                    f"lost basis: no functions at point {p} ({np.array2string(x[p], precision=6)} m) from its "
+                    f"{most - 1} nearest nodes"
+                )
+            if most > distance.shape[1]:
+                self._width = min(len(self.nodes), most + SPARE)
+                distance, near = self._nearest(x)
+            if most > stored.index.shape[1]:
+                stored = _widened(stored, most + SPARE)
+            radius[points] = self._radii(distance[points], count[points])
+            failed[:] = False
+            self._fill_points(self.nodes, x, points, near, count, radius, rounds < PATIENCE, stored, failed)
+        return stored, repaired
+
+    def _nearest(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distances and numbers of the nearest nodes, in that order: all within the radius, and a few to spare."""
+        while True:
+            found = self._tree.query(x, k=np.arange(1, self._width + 1))
+            distance, near = np.asarray(found[0]), np.asarray(found[1], dtype=np.int64)
+            if self._width == len(self.nodes) or not (distance[:, -1] < self.radius).any():
+                return distance, near
+            self._width = min(len(self.nodes), int(1.5 * self._width) + 1)
+
+    def _radii(self, distance: np.ndarray, count: np.ndarray) -> np.ndarray:
+        """Radius of the cloud of each point [m]: the search radius, or a larger one around the nodes it needs."""
+        farthest = np.take_along_axis(distance, count[:, None] - 1, axis=1)[:, 0]
+        return np.where(farthest < self.radius, self.radius, GROWTH * farthest)
+
+
+def _widened(stored: Stencils, width: int) -> Stencils:
+    """The same functions with room for more nodes per point."""
+    wider = Stencils.empty(len(stored.size), width, stored.grad_phi.shape[2])
+    old = stored.index.shape[1]
+    wider.size[:] = stored.size
+    wider.index[:, :old], wider.phi[:, :old], wider.grad_phi[:, :old] = stored.index, stored.phi, stored.grad_phi
+    return wider

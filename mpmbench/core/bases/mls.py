@@ -1,0 +1,248 @@
+"""Moving least squares functions of degree 1 or 2 (Lancaster and Salkauskas 1981; Iaconeta 2017, Eqs. 50-58).
+
+``N_I = P(0) . M^-1 P_I W_I`` with ``M = sum_I P_I (x) P_I W_I`` and the polynomials P in coordinates relative to the
+point, in units of the radius. The weight, which the paper does not give, is a spline or a Gaussian of the distance over
+the effective radius R_eff. Functions have no Kronecker delta and may be negative.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from mpmbench.core.bases import Promises
+from mpmbench.core.bases.cloud import CloudBasis
+from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.bases.lme import nodal_spacing
+from mpmbench.core.compiled import kernel
+from mpmbench.core.errors import BadSetting, NotApplicable, require, require_option
+from mpmbench.core.geometry import Box, Geometry
+from mpmbench.core.methods import Choices
+from mpmbench.core.registry import register
+
+WEIGHTS = ("cubic_spline", "quartic_spline", "gaussian")
+PROMISES = Promises(non_negative=False, kronecker="none", continuous_gradient=True, gradient_on_hull=True)
+DIRECT_RADIUS = math.sqrt(2.0) * (1.0 + 1e-6)  # in nodal spacings, on regular nodes
+SMALLEST_PIVOT = 1e-10  # of M, scaled to a unit diagonal: below it the cloud takes in another node
+
+
+@register("basis", "mls")
+@dataclass(frozen=True)
+class MovingLeastSquares:
+    """Settings of the moving least squares basis.
+
+    Parameters
+    ----------
+    degree : int
+        Degree of the polynomials that are reproduced, 1 or 2.
+    weight : {"cubic_spline", "quartic_spline", "gaussian"}
+    relative_radius : float
+        Search radius R in nodal spacings h.
+    radius : float or None
+        Search radius R [m] instead; None or 0 takes `relative_radius`.
+    spacing : float or None
+        Nodal spacing h [m]; None or 0 reads it from the nodes as they are at the start.
+    effective_radius : float
+        R_eff / R. The splines vanish at 2 R_eff, so 1/2 makes them vanish at the search radius; the Gaussian is
+        ``exp(-(r / R_eff)^2)``, lowered to vanish at the search radius.
+    minimum_nodes : int
+        Least number of nodes of a cloud, whose radius grows where there are fewer; 0 takes the number of polynomials.
+    """
+
+    degree: int = 1
+    weight: str = "cubic_spline"
+    relative_radius: float = math.sqrt(2.0)
+    radius: float | None = None
+    spacing: float | None = None
+    effective_radius: float = 0.5
+    minimum_nodes: int = 0
+    promises: ClassVar[Promises] = PROMISES
+
+    def __post_init__(self) -> None:
+        require(self.degree in (1, 2), "degree", self.degree, "1 or 2")
+        require_option("weight", self.weight, WEIGHTS)
+        require(1.0 < self.relative_radius <= 20.0, "relative_radius", self.relative_radius, "a number from 1 to 20")
+        for key in ("spacing", "radius"):
+            value = getattr(self, key) or 0.0
+            require(0.0 <= value < math.inf, key, value, "a positive length in metres, or 0 for an automatic one")
+        effective = self.effective_radius
+        require(0.1 <= effective <= 10.0, "effective_radius", effective, "a number from 0.1 to 10")
+        require(0 <= self.minimum_nodes <= 100, "minimum_nodes", self.minimum_nodes, "a whole number from 0 to 100")
+
+    def check(self, choices: Choices) -> None:
+        """Refuse to hold single nodes where functions of their neighbours do not vanish.
+
+        Raises
+        ------
+        NotApplicable
+            With the reason.
+        """
+        if choices.dirichlet == "direct" and self.relative_radius > DIRECT_RADIUS:
+            raise NotApplicable(
+                f"basis.relative_radius={self.relative_radius:g} with method.dirichlet=direct: mls does not interpolate "
+                "and nodes can be held directly up to sqrt(2) only; use method.dirichlet=multipliers or penalty"
+            )
+
+    def build(self, geometry: Geometry, particles: int, moving: bool) -> CloudBasis:
+        """The basis on the nodes of `geometry`, with room for `particles` particles."""
+        h = self.spacing or nodal_spacing(geometry)
+        radius = self.radius or self.relative_radius * h
+        if radius <= h:
+            raise BadSetting("radius", self.radius, f"more than the nodal spacing of {h:.6g} m")
+        dimension = geometry.dimension
+        nodes = geometry.nodes() if isinstance(geometry, Box) else geometry.nodes
+        polynomials = math.comb(dimension + self.degree, self.degree)
+        weight, degree, effective = WEIGHTS.index(self.weight), self.degree, self.effective_radius
+
+        def fill(
+            nodes: np.ndarray,
+            x: np.ndarray,
+            points: np.ndarray,
+            near: np.ndarray,
+            count: np.ndarray,
+            radii: np.ndarray,
+            strict: bool,
+            stored: Stencils,
+            failed: np.ndarray,
+        ) -> None:
+            fill_points(nodes, x, points, near, count, radii, degree, polynomials, weight, effective, stored, failed)
+
+        return CloudBasis(nodes, particles, radius, max(self.minimum_nodes, polynomials), fill, PROMISES)
+
+
+@kernel
+def weigh(kind, effective, q):  # type: ignore[no-untyped-def]
+    """Weight and its derivative by ``q = r / R``, 0 <= q; both vanish beyond q = 1."""
+    if q >= 1.0:
+        return 0.0, 0.0
+    if kind == 2:
+        c = 1.0 / (effective * effective)
+        rim = math.exp(-c)
+        bell = math.exp(-c * q * q)
+        return (bell - rim) / (1.0 - rim), -2.0 * c * q * bell / (1.0 - rim)
+    t = q / (2.0 * effective)  # 1 at the rim of the spline
+    if t >= 1.0:
+        return 0.0, 0.0
+    scale = 1.0 / (2.0 * effective)
+    if kind == 1:
+        return 1.0 - t * t * (6.0 - 8.0 * t + 3.0 * t * t), -12.0 * t * (1.0 - t) * (1.0 - t) * scale
+    if t <= 0.5:
+        return 2.0 / 3.0 - 4.0 * t * t * (1.0 - t), (-8.0 * t + 12.0 * t * t) * scale
+    return 4.0 / 3.0 * (1.0 - t) ** 3, -4.0 * (1.0 - t) * (1.0 - t) * scale
+
+
+@kernel
+def polynomials_at(degree, xi, P, dP):  # type: ignore[no-untyped-def]
+    """Monomials up to the degree at xi, shape (dim,): values P, shape (m,), and derivatives dP, shape (m, dim)."""
+    dim = xi.shape[0]
+    P[0] = 1.0
+    dP[:] = 0.0
+    for d in range(dim):
+        P[1 + d] = xi[d]
+        dP[1 + d, d] = 1.0
+    if degree == 2:
+        row = 1 + dim
+        for a in range(dim):
+            for b in range(a, dim):
+                P[row] = xi[a] * xi[b]
+                dP[row, a] += xi[b]
+                dP[row, b] += xi[a]
+                row += 1
+
+
+@kernel
+def cholesky(M):  # type: ignore[no-untyped-def]
+    """Factorise M in place (lower half); returns the smallest pivot over its diagonal entry."""
+    smallest = np.inf
+    for i in range(M.shape[0]):
+        scale = M[i, i]
+        for j in range(i + 1):
+            total = M[i, j]
+            for k in range(j):
+                total -= M[i, k] * M[j, k]
+            if i == j:
+                smallest = min(smallest, total / scale if scale > 0.0 else 0.0)
+                if not total > 0.0:
+                    return 0.0
+                M[i, i] = math.sqrt(total)
+            else:
+                M[i, j] = total / M[j, j]
+    return smallest
+
+
+@kernel
+def substitute(M, b):  # type: ignore[no-untyped-def]
+    """Solve with the factor of `cholesky`, in place."""
+    m = M.shape[0]
+    for i in range(m):
+        for k in range(i):
+            b[i] -= M[i, k] * b[k]
+        b[i] /= M[i, i]
+    for i in range(m - 1, -1, -1):
+        for k in range(i + 1, m):
+            b[i] -= M[k, i] * b[k]
+        b[i] /= M[i, i]
+
+
+@kernel
+def fill_points(nodes, x, points, near, count, radii, degree, m, weight, effective, stored, failed):  # type: ignore[no-untyped-def]
+    """Functions and full gradients (weights included) at ``x[points]``; marks points whose matrix is singular.
+
+    With ``c = M^-1 P(0)``: ``grad N_I = (P_I . grad c + c . grad P_I) W_I + c . P_I grad W_I`` and
+    ``grad c = -M^-1 (grad M) c``.
+    """
+    dim = x.shape[1]
+    width = near.shape[1]
+    P, dP = np.zeros((width, m)), np.zeros((width, m, dim))
+    W, dW = np.zeros(width), np.zeros((width, dim))
+    M, c, dc = np.zeros((m, m)), np.zeros(m), np.zeros(m)
+    xi, gradient = np.zeros(dim), np.zeros((m, dim))
+    for q in range(points.shape[0]):
+        p = points[q]
+        R = radii[p]
+        M[:] = 0.0
+        for k in range(count[p]):
+            distance = 0.0
+            for d in range(dim):
+                xi[d] = (nodes[near[p, k], d] - x[p, d]) / R
+                distance += xi[d] * xi[d]
+            distance = math.sqrt(distance)
+            W[k], slope = weigh(weight, effective, distance)
+            polynomials_at(degree, xi, P[k], gradient)
+            for d in range(dim):  # by x: the relative coordinate falls when x grows
+                dW[k, d] = -slope * xi[d] / (distance * R) if distance > 0.0 else 0.0
+                for a in range(m):
+                    dP[k, a, d] = -gradient[a, d] / R
+            for a in range(m):
+                for b in range(a + 1):
+                    M[a, b] += P[k, a] * P[k, b] * W[k]
+        if not cholesky(M) > SMALLEST_PIVOT:
+            failed[p] = True
+            continue
+        c[:] = 0.0
+        c[0] = 1.0
+        substitute(M, c)
+        stored.size[p] = count[p]
+        for k in range(count[p]):
+            value = 0.0
+            for a in range(m):
+                value += c[a] * P[k, a]
+            stored.index[p, k] = near[p, k]
+            stored.phi[p, k] = value * W[k]
+        for d in range(dim):
+            dc[:] = 0.0
+            for k in range(count[p]):
+                value, change = 0.0, 0.0
+                for a in range(m):
+                    value += c[a] * P[k, a]
+                    change += c[a] * dP[k, a, d]
+                for a in range(m):
+                    dc[a] -= (dP[k, a, d] * value + P[k, a] * change) * W[k] + P[k, a] * value * dW[k, d]
+                stored.grad_phi[p, k, d] = change * W[k] + value * dW[k, d]
+            substitute(M, dc)
+            for k in range(count[p]):
+                value = 0.0
+                for a in range(m):
+                    value += dc[a] * P[k, a]
+                stored.grad_phi[p, k, d] += value * W[k]
