@@ -8,7 +8,6 @@ from typing import Any
 
 import jinja2
 import numpy as np
-from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from mpmbench.analysis.convergence import INTERVAL_MEANING, OrderEstimate
@@ -34,7 +33,7 @@ class Picture:
     name: str
     title: str
     caption: str
-    svg: Markup
+    svg: str
 
 
 @dataclass
@@ -134,7 +133,7 @@ class Writer:
         return final
 
 
-def inline_svg(drawing: str, name: str) -> Markup:
+def inline_svg(drawing: str, name: str) -> str:
     """An SVG file as a part of a page: no XML head, fluid width, identifiers unlike those of the other figures."""
     drawing = drawing[drawing.index("<svg") :]
     drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
@@ -145,7 +144,7 @@ def inline_svg(drawing: str, name: str) -> Markup:
     width = re.search(r'viewBox="0 0 ([\d.]+) ', head)
     widest = f"max-width:{SCREEN_SCALE * float(width.group(1)):.0f}px" if width else ""
     head = re.sub(r' (width|height)="[^"]*"', "", head)
-    return Markup(f'{head} style="width:100%;{widest}">{body}')
+    return f'{head} style="width:100%;{widest}">{body}'
 
 
 def _section(study: Study, writer: Writer) -> Section:
