@@ -1,7 +1,6 @@
 """All results of a campaign as one labelled array per scalar: the cube."""
 
 import json
-import math
 import warnings
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,38 @@ from mpmbench.runs.settings import dotted
 AXES = ("problem", "method", "basis", "material", "resolution", "time_step", "particles_per_cell")
 
 
-def open_campaign(path: str | Path) -> xr.Dataset:
+class CubeArray(xr.DataArray):
+    """A DataArray in which ``sel(method="otm")`` selects from the dimension ``method``.
+
+    In xarray that argument names the way to look up inexact labels; it still does when there is no such dimension.
+    """
+
+    __slots__ = ()
+
+    def sel(self, indexers: Any = None, method: Any = None, *rest: Any, **labels: Any) -> Any:
+        """As `xarray.DataArray.sel`."""
+        if "method" in self.dims and method is not None:
+            return super().sel({**(indexers or {}), "method": method}, None, *rest).sel(**labels)
+        return super().sel(indexers, method, *rest, **labels)
+
+
+class Cube(xr.Dataset):
+    """A Dataset in which ``sel(method="otm")`` selects from the dimension ``method``; see `CubeArray`."""
+
+    __slots__ = ()
+
+    def __getitem__(self, key: Any) -> Any:
+        found = super().__getitem__(key)
+        return CubeArray(found) if isinstance(found, xr.DataArray) else found
+
+    def sel(self, indexers: Any = None, method: Any = None, *rest: Any, **labels: Any) -> Any:
+        """As `xarray.Dataset.sel`."""
+        if "method" in self.dims and method is not None:
+            return super().sel({**(indexers or {}), "method": method}, None, *rest).sel(**labels)
+        return super().sel(indexers, method, *rest, **labels)
+
+
+def open_campaign(path: str | Path) -> Cube:
     """Scalars of every run in a folder of results, over the settings that vary.
 
     Parameters
@@ -28,11 +58,11 @@ def open_campaign(path: str | Path) -> xr.Dataset:
 
     Returns
     -------
-    xarray.Dataset
-        Dimensions ``method``, ``basis``, ``resolution``, ``time_step``, ... as far as they vary, and others by their
-        full key (``"material.density"``); what is the same for all runs is an attribute. The scalars are variables
-        with their units, not-a-number where there is no run or no value. ``status`` (``"missing"`` where there is no
-        run), ``reason`` and ``file`` are variables too.
+    Cube
+        An `xarray.Dataset` with dimensions ``method``, ``basis``, ``resolution``, ``time_step``, ... as far as they
+        vary, and others by their full key (``"material.density"``); what is the same for all runs is an attribute. The
+        scalars are variables with their units, not-a-number where there is no run or no value. ``status``
+        (``"missing"`` where there is no run), ``reason`` and ``file`` are variables too.
 
     Raises
     ------
@@ -52,10 +82,8 @@ def open_campaign(path: str | Path) -> xr.Dataset:
     coordinates = {axis: _sorted({setting.get(axis) for setting in settings}) for axis in axes}
     shape = tuple(len(values) for values in coordinates.values())
     position = {axis: {value: i for i, value in enumerate(values)} for axis, values in coordinates.items()}
-    text = {
-        name: np.full(shape, filler, dtype=object)
-        for name, filler in (("status", "missing"), ("reason", ""), ("file", ""))
-    }
+    text = {name: np.full(shape, "", dtype=object) for name in ("status", "reason", "file")}
+    text["status"][...] = "missing"
     numbers: dict[str, np.ndarray] = {}
     labels: dict[str, dict[str, str]] = {}
     for setting, (attributes, scalars, file) in zip(settings, runs, strict=True):
@@ -64,7 +92,7 @@ def open_campaign(path: str | Path) -> xr.Dataset:
         for name, (value, label) in scalars.items():
             numbers.setdefault(name, np.full(shape, np.nan))[at] = value
             labels[name] = label
-    cube = xr.Dataset(coords={axis: _coordinate(values) for axis, values in coordinates.items()})
+    cube = Cube(coords={axis: _coordinate(values) for axis, values in coordinates.items()})
     for name, values in numbers.items():
         cube[name] = (tuple(axes), values, labels[name])
     for name, words in text.items():
@@ -88,10 +116,12 @@ def flat_settings(attributes: dict[str, Any]) -> dict[str, Any]:
     """Settings of a run by their dotted keys, those of a choice's name by the choice."""
     config = json.loads(attributes["config"])
     flat = dotted({key: value for key, value in config.items() if key not in NOT_PART_OF_A_RUN})
-    named = {
-        key.removesuffix(".name") if key.removesuffix(".name") in GROUPS else key: value for key, value in flat.items()
-    }
-    return {key: tuple(value) if isinstance(value, list) else value for key, value in named.items()}
+    return {_axis_name(key): tuple(value) if isinstance(value, list) else value for key, value in flat.items()}
+
+
+def _axis_name(key: str) -> str:
+    group = key.removesuffix(".name")
+    return group if group in GROUPS else key
 
 
 def find_axes(settings: list[dict[str, Any]]) -> list[str]:
@@ -115,13 +145,12 @@ def _same(key: str, settings: list[dict[str, Any]]) -> bool:
 
 
 def _sorted(values: set[Any]) -> list[Any]:
-    return sorted(
-        values, key=lambda value: (isinstance(value, str), value is None, math.nan if value is None else value)
-    )
+    """Numbers in order, then words, then nothing."""
+    return sorted(values, key=lambda value: (value is None, isinstance(value, str), 0 if value is None else value))
 
 
 def _coordinate(values: list[Any]) -> list[Any]:
-    """Numbers as they are; a mixture of numbers and words, such as auto, as words."""
-    return (
-        values if len({isinstance(value, (int, float)) for value in values}) == 1 else [str(value) for value in values]
-    )
+    """Numbers, not-a-number for runs that do not have this setting; or words when there is any, such as auto."""
+    if any(isinstance(value, (str, tuple)) for value in values):
+        return ["" if value is None else str(value) for value in values]
+    return [np.nan if value is None else value for value in values]

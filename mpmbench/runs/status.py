@@ -71,5 +71,6 @@ def of_sweep(arguments: list[str]) -> int:
     for cell in cells:
         print(f"{'does not apply' if cell.not_applicable else cell.state:<16}{cell.name:<46}{cell.not_applicable}")
     counts = Counter("not applicable" if cell.not_applicable else cell.state for cell in cells)
-    print(f"{len(cells)} runs: " + ", ".join(f"{number} {state}" for state, number in counts.items()))
+    found = [f"{counts[state]} {state}" for state in (*STATES, "not applicable") if counts[state]]
+    print(f"{len(cells)} runs: {', '.join(found)}")
     return 0

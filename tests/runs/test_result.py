@@ -1,0 +1,86 @@
+"""A result file is there whole or not at all."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import netCDF4
+import pytest
+import xarray as xr
+
+from mpmbench.runs import result
+from mpmbench.runs.schema import BadInput
+
+DATASET = xr.Dataset({"value": ((), 1.0, {"units": "m"})}, attrs={"status": "ok", "config_hash": "abc"})
+
+
+def test_a_write_that_fails_keeps_the_older_result_and_leaves_nothing(tmp_path, monkeypatch):
+    path = tmp_path / "run.nc"
+    result.write(DATASET, path)
+
+    def full(self, target, **options):
+        target.write_bytes(b"half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
+    with pytest.raises(OSError, match="No space"):
+        result.write(DATASET.assign(value=2.0), path)
+    assert list(tmp_path.iterdir()) == [path]
+    assert result.read_scalars(path)[1]["value"] == (1.0, {"units": "m"})
+
+
+def test_a_writer_that_is_killed_leaves_no_result_and_its_remains_are_removed(tmp_path):
+    code = f"""
+import xarray, time
+from pathlib import Path
+from mpmbench.runs import result
+def stuck(self, target, **options):
+    target.write_bytes(b"half"); print("writing", flush=True); time.sleep(60)
+xarray.Dataset.to_netcdf = stuck
+result.write(xarray.Dataset(), Path({str(tmp_path / "run.nc")!r}))
+"""
+    writer = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert writer.stdout.readline() == "writing\n"
+    result.remove_leftovers(tmp_path / "run.nc")
+    assert len(list(tmp_path.iterdir())) == 1  # the writer is alive
+    os.kill(writer.pid, signal.SIGKILL)
+    writer.wait()
+    assert not (tmp_path / "run.nc").exists()
+    result.write(DATASET, tmp_path / "run.nc")
+    assert [path.name for path in tmp_path.iterdir()] == ["run.nc"]
+
+
+@pytest.mark.parametrize("content", [b"", b"CDF\x01 truncated", b"text"])
+def test_a_broken_file_is_no_result(tmp_path, content):
+    path = tmp_path / "run.nc"
+    path.write_bytes(content)
+    assert result.read_attributes(path) is None
+    with pytest.raises(BadInput, match="cannot be read"):
+        result.read_scalars(path)
+
+
+def test_a_foreign_file_is_no_result(tmp_path):
+    path = tmp_path / "run.nc"
+    with netCDF4.Dataset(path, "w") as file:
+        file.title = "weather"
+    assert result.read_attributes(path) is None
+    with pytest.raises(BadInput, match="not a result of mpmbench"):
+        result.read_scalars(path)
+
+
+def test_a_full_disk_is_named_and_ends_with_exit_code_1(command, folder, monkeypatch):
+    """The limit on file sizes stands for a full disk: the child cannot write more than a few blocks."""
+    code = (
+        "import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000));"
+        "from mpmbench.cli import main; sys.exit(main(['resolution=4']))"
+    )
+    command("warmup", "method=mpm", "basis=linear")
+    began = time.monotonic()
+    outcome = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=folder)
+    assert outcome.returncode == 1, outcome.stderr
+    assert "the result could not be written to" in outcome.stdout
+    assert [path for path in folder.rglob("*") if path.is_file()] == []
+    assert time.monotonic() - began < 60

@@ -1,0 +1,119 @@
+"""One run from the command line to its file, and what stays light before it."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from mpmbench.runs import result
+
+ATTRIBUTES = {
+    "schema_version", "status", "reason", "config", "config_hash", "problem", "method", "basis", "material", "mass",
+    "resolution", "time_step", "particles_per_cell", "mpmbench_version", "git_commit", "git_dirty", "python",
+    "numpy_version", "numba_version", "xarray_version", "host", "cpu", "threads", "started", "timing_context",
+    "Conventions", "code_hash",
+}  # fmt: skip
+
+
+def test_a_run_prints_its_errors_and_leaves_one_file(command, folder):
+    outcome = command("method=otm", "basis=maxent", "resolution=8")
+    assert outcome.code == 0 and outcome.err == ""
+    assert "displacement error" in outcome.out and "energy drift" in outcome.out and "compiling" in outcome.out
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    assert len(files) == 1
+    assert str(files[0].relative_to(folder)) in outcome.out
+    dataset = xr.load_dataset(files[0])
+    assert set(dataset.attrs) >= ATTRIBUTES
+    assert dataset.attrs["status"] == "ok" and dataset.attrs["mass"] == "consistent"
+    assert files[0].name == f"otm-maxent-bar_fixed_ends-n8-{dataset.attrs['config_hash'][:8]}.nc"
+    printed = float(outcome.out.split("displacement error")[1].split()[0])
+    assert printed == pytest.approx(float(dataset.error_displacement_rms), rel=1e-5)
+    final = dataset.isel(snapshot=-1)
+    recomputed = np.sqrt(((final.displacement - final.displacement_exact) ** 2).sum("dim").mean())
+    assert float(recomputed) == pytest.approx(float(dataset.error_displacement_rms))
+    for name in dataset.data_vars:
+        assert "units" in dataset[name].attrs and "long_name" in dataset[name].attrs, name
+    assert 0 < float(dataset.solver_time) < float(dataset.wall_time)
+    assert 20 < float(dataset.peak_memory) < 4000
+
+
+def test_a_second_run_replaces_the_file_with_the_same_numbers(command, folder):
+    command("resolution=4")
+    (file,) = folder.rglob("*.nc")
+    first = xr.load_dataset(file)
+    command("resolution=4.0", "time_step=0.00001", "report=false", "limits.time=99")
+    (same,) = folder.rglob("*.nc")
+    second = xr.load_dataset(same)
+    assert file == same
+    timing = ["solver_time", "compile_time", "wall_time", "peak_memory"]
+    xr.testing.assert_identical(first.drop_attrs().drop_vars(timing), second.drop_attrs().drop_vars(timing))
+
+
+def test_the_method_brings_its_basis_and_the_command_line_beats_it(command):
+    for arguments, basis in (((), "linear"), (("method=otm",), "maxent"), (("method=unified",), "bspline"),
+                             (("method=otm", "basis=linear"), "linear")):  # fmt: skip
+        assert f"basis:\n  name: {basis}\n" in command("--cfg", "job", *arguments).out
+
+
+def test_a_problem_sets_defaults_for_a_method_unless_they_were_given(command, plugins):
+    def shown(*arguments):
+        return command("--cfg", "job", "problem=failing_bar", *arguments).out
+
+    assert "mass: lumped\n  transfer: nodal" in shown("method=otm")
+    assert "mass: consistent\n  transfer: nodal" in shown("method=otm", "method.mass=consistent")
+    assert "transfer: flip" in shown("method=mpm")
+    assert "viscosity" not in shown()
+    assert "young_modulus: 5.0" in shown("material.young_modulus=5")
+
+
+def test_report_true_writes_a_report_and_a_failing_report_loses_nothing(command, folder, monkeypatch):
+    import mpmbench.report
+
+    def broken(path):
+        raise RuntimeError("no ink")
+
+    monkeypatch.setattr(mpmbench.report, "build", lambda path: path / "report.html")
+    assert "report: results/default/report.html" in command("resolution=4", "report=true").out
+    monkeypatch.setattr(mpmbench.report, "build", broken)
+    outcome = command("-m", "resolution=4", "report=true", "rerun=all")
+    assert outcome.code == 1
+    assert "the report failed (RuntimeError: no ink); the results are in results/default" in outcome.err
+    assert result.read_attributes(next(folder.rglob("*.nc")))["status"] == "ok"
+
+
+@pytest.mark.parametrize("arguments", ["--help", "list", "--version"])
+def test_nothing_heavy_is_imported_to_answer(arguments):
+    code = (
+        f"import sys; from mpmbench.cli import main; assert main(['{arguments}']) == 0;"
+        "loaded = {'numba', 'numpy', 'xarray', 'matplotlib', 'hydra', 'scipy'} & set(sys.modules);"
+        "assert not loaded, loaded"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def test_the_parent_of_a_run_stays_light(folder):
+    code = (
+        "import sys; from mpmbench.cli import main; assert main(['resolution=4']) == 0;"
+        "loaded = {'numba', 'xarray', 'matplotlib', 'scipy'} & set(sys.modules); assert not loaded, loaded"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def test_cfg_job_prints_what_a_run_records(command, folder):
+    from omegaconf import OmegaConf
+
+    shown = OmegaConf.to_container(OmegaConf.create(command("--cfg", "job", "basis=bspline", "resolution=5").out))
+    assert not (folder / "results").exists()
+    command("basis=bspline", "resolution=5")
+    assert json.loads(result.read_attributes(next(folder.rglob("*.nc")))["config"]) == shown
+
+
+def test_list_names_what_there_is(command):
+    out = command("list").out
+    for name in ("mpm", "otm", "unified", "linear", "bspline", "maxent", "neo_hookean", "bar_fixed_ends", "quickstart"):
+        assert f"\n  {name} " in out
+    table = command("list", "bar_fixed_ends")
+    assert table.code == 0 and "maxent" in table.out.splitlines()[0]

@@ -1,0 +1,156 @@
+"""Sweeps: which cells there are, which are run, and what is left of them."""
+
+import json
+
+import pytest
+
+import mpmbench
+from mpmbench.runs import identity, result
+from mpmbench.runs.schema import PACKAGE
+
+
+def names(folder):
+    return sorted(file.stem.rsplit("-", 1)[0] for file in folder.rglob("*.nc"))
+
+
+def test_a_sweep_runs_each_cell_once_and_is_resumed(command, folder):
+    first = command("-m", "basis=linear,bspline", "resolution=4,5,4.0")
+    assert first.code == 0 and "4 runs: 4 to run" in first.out
+    assert names(folder) == sorted(
+        f"mpm-{basis}-bar_fixed_ends-n{n}" for basis in ("linear", "bspline") for n in (4, 5)
+    )
+    times = {file: file.stat().st_mtime_ns for file in folder.rglob("*.nc")}
+    next(iter(times)).unlink()
+    second = command("-m", "basis=linear,bspline", "resolution=4,5")
+    assert "1 to run, 3 finished before" in second.out
+    now = {file: file.stat().st_mtime_ns for file in folder.rglob("*.nc")}
+    assert sum(now[file] == times[file] for file in times) == 3
+    assert "4 to run" in command("-m", "basis=linear,bspline", "resolution=4,5", "rerun=all").out
+    assert [path.name for path in folder.iterdir()] == ["results"]
+
+
+def test_a_key_of_another_option_makes_a_cell_inapplicable(command, folder):
+    outcome = command("-m", "basis=linear,bspline", "basis.degree=1", "resolution=4")
+    assert outcome.code == 0
+    found = {file.name.split("-")[1]: result.read_attributes(file) for file in folder.rglob("*.nc")}
+    assert found["linear"]["status"] == "not_applicable"
+    assert found["linear"]["reason"] == "basis=linear has no degree"
+    assert json.loads(found["bspline"]["config"])["basis"]["degree"] == 1
+    assert found["bspline"]["status"] == "ok"
+
+
+def test_cases_are_pairs_and_not_a_product(command, folder):
+    outcome = command("experiments=quickstart", "resolution=4", "report=false", "method=mpm")
+    assert outcome.code == 0  # the command line beats the method of each case: three bases are left
+    assert names(folder / "results/quickstart") == sorted(
+        f"mpm-{basis}-bar_fixed_ends-n4" for basis in ("linear", "bspline", "maxent")
+    )
+
+
+def test_status_looks_up_the_cells_of_a_sweep(command, folder):
+    command("resolution=4", "campaign=quickstart")
+    outcome = command("status", "experiments=quickstart", "resolution=4,8")
+    assert outcome.code == 0
+    assert outcome.out.splitlines()[-1] == "10 runs: 1 fresh, 9 missing"
+    assert "fresh" in command("status").out
+    assert names(folder) == ["mpm-linear-bar_fixed_ends-n4"]
+
+
+def test_a_change_of_the_code_makes_results_stale(command, folder, monkeypatch):
+    command("-m", "resolution=4")
+    monkeypatch.setattr(identity, "code_hash", lambda digests: "another")
+    monkeypatch.setattr("mpmbench.runs.sweep.code_hash", lambda digests: "another")
+    assert "1 to run" in command("-m", "resolution=4").out
+
+
+def test_joblib_runs_a_sweep_with_the_same_guarantees(command, plugins, folder):
+    pytest.importorskip("hydra_plugins.hydra_joblib_launcher")
+    outcome = command(
+        "-m", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2", "problem=failing_bar",
+        "problem.fault=none,segfault,raise",
+    )  # fmt: skip
+    assert outcome.code == 1
+    assert "2 of the runs failed" in outcome.out and "SIGSEGV" in outcome.out
+    statuses = sorted(result.read_attributes(file)["status"] for file in folder.rglob("*.nc"))
+    assert statuses == ["crashed", "crashed", "ok"]
+    assert [path.name for path in folder.iterdir()] == ["results"]
+
+
+def test_the_cube_has_the_dimensions_that_vary(command, folder):
+    command("-m", "method=mpm,otm", "basis=linear", "resolution=4,8", "material.density=1,2")
+    cube = mpmbench.open_campaign("results/default")
+    assert dict(cube.sizes) == {"method": 2, "resolution": 2, "material.density": 2}
+    assert cube.attrs["basis"] == "linear" and cube.attrs["time_step"] == 1e-5
+    assert (cube.status == "ok").all()
+    one = cube.error_displacement_rms.sel(method="otm", resolution=8).sel({"material.density": 2})
+    file = str(cube.file.sel(method="otm", resolution=8).sel({"material.density": 2}).item())
+    assert float(one) == result.read_scalars(file)[1]["error_displacement_rms"][0]
+    assert cube.error_displacement_rms.attrs["units"] == "m"
+    assert cube.sel(method="otm").steps.sel(resolution=[4]).shape == (1, 2)
+    assert cube.error_displacement_rms.sel(method=["otm"]).plot() is not None
+    assert (cube.error_displacement_rms.sel(resolution=8) < cube.error_displacement_rms.sel(resolution=4)).all()
+
+
+def test_a_cube_marks_cells_without_a_run(command, folder):
+    command("method=mpm", "resolution=4")
+    command("method=otm", "basis=linear", "resolution=8")
+    cube = mpmbench.open_campaign("results/default")
+    assert cube.status.sel(method="mpm", resolution=8).item() == "missing"
+    assert bool(cube.steps.sel(method="mpm", resolution=8).isnull())
+
+
+def test_a_folder_without_results_or_with_foreign_files(command, folder):
+    with pytest.raises(FileNotFoundError, match="no results"):
+        mpmbench.open_campaign(folder)
+    command("resolution=4")
+    (folder / "results/default/foreign.nc").write_bytes(b"not a netCDF file")
+    with pytest.warns(UserWarning, match=r"foreign\.nc: cannot be read"):
+        cube = mpmbench.open_campaign("results/default")
+    assert cube.status.item() == "ok"
+    assert "unreadable foreign.nc" in command("status").out
+
+
+def test_the_code_hash_follows_what_a_run_uses():
+    config = {
+        "method": {"name": "mpm", "time": "explicit"},
+        "basis": {"name": "bspline"},
+        "material": {"name": "neo_hookean"},
+        "problem": {"name": "bar_fixed_ends"},
+    }
+    files = identity.code_digests(config)
+    assert {"runs/case.py", "core/transfer.py", "core/bases/bspline.py", "core/materials/neo_hookean.py"} <= set(files)
+    assert {"core/bases/maxent.py", "cli.py", "runs/worker.py", "report/page.py"} & set(files) == set()
+    assert all((PACKAGE / name).exists() for name in files)
+
+
+def test_comments_and_docstrings_mean_nothing_and_code_does(tmp_path):
+    file = tmp_path / "some.py"
+
+    def digest(text):
+        file.write_text(text)
+        return identity._meaning.__wrapped__(file, 0)[0]
+
+    plain = digest("import os\ndef f(x):\n    return x + 1\n")
+    assert plain == digest('"""Text."""\nimport os\n\n# why\ndef f(x):\n    """Doc."""\n    return x + 1  # what\n')
+    assert plain != digest("import os\ndef f(x):\n    return x + 2\n")
+    assert plain != digest('import os\ndef f(x):\n    "not first"; y = "text"\n    return x + 1\n')
+
+
+def test_the_configuration_hash_knows_what_matters(command):
+    from mpmbench.runs.compose import compose_many
+
+    def hash_of(*pairs):
+        return identity.config_hash(compose_many([list(pairs)])[0][0])
+
+    plain = hash_of()
+    for same in (
+        "resolution=31.0",
+        "end_time=1e-3",
+        "limits.time=5",
+        "output_dir=elsewhere",
+        "campaign=other",
+        "rerun=all",
+    ):
+        assert hash_of(same) == plain, same
+    for other in ("resolution=30", "end_time=2e-3", "method.mass=consistent", "threads=2", "material.density=2"):
+        assert hash_of(other) != plain, other
