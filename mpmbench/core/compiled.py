@@ -14,7 +14,7 @@ from numba.core import cgutils
 from numba.extending import intrinsic, overload
 
 # "contract" permits fused multiply-add; nothing that reorders sums, so that a result does not depend on unrolling.
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "cache": True}
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "cache": True, "nogil": True}
 
 
 def kernel(function: Callable[..., Any]) -> Any:

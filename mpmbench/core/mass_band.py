@@ -3,7 +3,7 @@
 import numpy as np
 
 from mpmbench.core.bases import Basis
-from mpmbench.core.bases.handle import count, locate, node, scratch
+from mpmbench.core.bases.handle import count, index, locate, scratch, value
 from mpmbench.core.compiled import kernel, vector
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.particles import Particles
@@ -51,14 +51,13 @@ class BandMass:
 @kernel
 def bandwidth(phi, x):  # type: ignore[no-untyped-def]
     """Largest difference of node numbers within one stencil."""
-    work, grad_phi = scratch(phi), vector(phi.axes)
+    work = scratch(phi)
     widest = 0
     for p in range(x.shape[0]):
         at = locate(phi, x, p, work)
-        first, _ = node(phi, at, 0, work, grad_phi)
-        lowest, highest = first, first
+        lowest, highest = index(phi, at, 0), index(phi, at, 0)
         for k in range(count(phi, at)):
-            i, _ = node(phi, at, k, work, grad_phi)
+            i = index(phi, at, k)
             lowest, highest = min(lowest, i), max(highest, i)
         widest = max(widest, highest - lowest)
     return widest
@@ -76,12 +75,12 @@ def assemble_band(phi, x, m, band):  # type: ignore[no-untyped-def]
     for p in range(x.shape[0]):
         at = locate(phi, x, p, work)
         for k in range(count(phi, at)):
-            i, phi_i = node(phi, at, k, work, grad_phi)
+            i, weight = index(phi, at, k), m[p] * value(phi, at, k, work, grad_phi)
             for n in range(count(phi, at)):
-                j, phi_j = node(phi, at, n, work, grad_phi)
+                j, phi_j = index(phi, at, n), value(phi, at, n, work, grad_phi)
                 widest = max(widest, i - j)
                 if 0 <= i - j < band.shape[1]:
-                    band[i, i - j] += m[p] * phi_i * phi_j
+                    band[i, i - j] += weight * phi_j
     return widest
 
 

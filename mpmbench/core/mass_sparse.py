@@ -9,7 +9,7 @@ from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
 from mpmbench.core.bases import Basis
-from mpmbench.core.bases.handle import Stencils, count, locate, node, scratch
+from mpmbench.core.bases.handle import Stencils, count, index, locate, scratch, value
 from mpmbench.core.bases.tensor import TensorGrid
 from mpmbench.core.compiled import implements, kernel, vector
 from mpmbench.core.errors import BrokeDown
@@ -54,23 +54,21 @@ def assemble_rows(phi, x, m, columns, values):  # type: ignore[no-untyped-def]
     work, grad_phi = scratch(phi), vector(phi.axes)
     values[:] = 0.0
     most = columns.shape[1]
-    index, value = np.empty(most, dtype=np.int64), np.empty(most)
+    stencil, phi_p = np.empty(most, dtype=np.int64), np.empty(most)
     for p in range(x.shape[0]):
         at = locate(phi, x, p, work)
         functions = count(phi, at)
         if functions > most:
             return False
         for k in range(functions):
-            i, phi_i = node(phi, at, k, work, grad_phi)
-            index[k], value[k] = i, phi_i
+            stencil[k], phi_p[k] = index(phi, at, k), value(phi, at, k, work, grad_phi)
         for k in range(functions):
-            row = index[k]
-            weight = m[p] * value[k]
+            i, weight = stencil[k], m[p] * phi_p[k]
             for n in range(functions):
-                where = place(phi, columns, row, k, index[n], n)
+                where = place(phi, columns, i, k, stencil[n], n)
                 if where < 0:
                     return False
-                values[row, where] += weight * value[n]
+                values[i, where] += weight * phi_p[n]
     return True
 
 
@@ -269,5 +267,3 @@ def grid_pattern(grid: TensorGrid) -> tuple[np.ndarray, np.ndarray]:
     strides = np.array([int(np.prod(grid.shape[d + 1 :])) for d in range(len(grid.shape))])
     columns = np.where(inside, neighbour @ strides, np.arange(n)[:, None])
     return columns, np.full(n, len(offsets) // 2, dtype=np.int64)
-
-

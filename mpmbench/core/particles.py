@@ -23,7 +23,7 @@ class Particles:
     F : ndarray
         Deformation gradients, shape (P, dim, dim).
     L : ndarray
-        Velocity gradients [1/s], shape (P, dim, dim).
+        Velocity gradients [1/s], shape (P, dim, dim); without rows where the material does not ask for them.
     sigma : ndarray
         Cauchy stresses [Pa], shape (P, dim, dim).
     V0, V, m : ndarray
@@ -58,7 +58,13 @@ class Particles:
 
     @classmethod
     def at_rest(
-        cls, X: np.ndarray, V0: np.ndarray, density: float, tracers: np.ndarray | None = None, history: int = 0
+        cls,
+        X: np.ndarray,
+        V0: np.ndarray,
+        density: float,
+        tracers: np.ndarray | None = None,
+        history: int = 0,
+        rate: bool = False,
     ) -> "Particles":
         """Undeformed particles at X, shape (P, dim), with volumes V0, and massless tracers behind them."""
         points = np.vstack([X, tracers]) if tracers is not None and len(tracers) else np.array(X)
@@ -70,7 +76,7 @@ class Particles:
             x=points.copy(),
             v=np.zeros((n, dim)),
             F=np.tile(np.eye(dim), (n, 1, 1)),
-            L=np.zeros((n, dim, dim)),
+            L=np.zeros((n if rate else 0, dim, dim)),
             sigma=np.zeros((n, dim, dim)),
             V0=volume,
             V=volume.copy(),

@@ -20,7 +20,6 @@ from mpmbench.core.particles import Particles
 from mpmbench.core.state import Loads, Nodes, State
 from mpmbench.core.transfer import kinetic_energy, strain_energy
 
-SAMPLES = 200  # history is kept at about this many instants
 ENERGY_GROWTH = 10.0  # a run with this many times the energy that was put in has diverged
 
 
@@ -88,7 +87,8 @@ def build_state(body: Body, basis: BasisSettings, material: Material, choices: C
     state.nodes.v[:] = body.velocity(functions.nodes)
     if choices.transfer == "nodal":  # the velocity lives on the nodes; that of the particles is only read off
         functions.locate(p.x)
-        transfer.g2p_velocity(functions.handle, p.x, p.v, state.nodes.v, state.nodes.a, 0.0, 0.0)
+        weights = 0.0, 0.0, True, False, False, 0, len(p.x)
+        transfer.g2p(functions.handle, p.x, p.v, p.F, p.L, p.V, p.V0, state.nodes.v, state.nodes.a, *weights)
     return state
 
 
@@ -240,7 +240,7 @@ class Watch:
         self.count_crossings()
         if self.sampled:
             self.sample()
-            self.next_sample = time + self.end_time / SAMPLES
+            self.next_sample = time + self.end_time / self.state.samples
         while self.pending and time >= self.pending[0] - 0.5 * dt:
             self.snapshot()
             self.pending.pop(0)

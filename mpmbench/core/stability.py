@@ -35,13 +35,15 @@ def stability_limit(s: State, iterations: int = 60) -> float:
     u[s.fixed] = 0.0
     f, a = np.zeros_like(u), np.zeros_like(u)
     V, F, L = np.ones_like(p.V), np.tile(np.eye(dim), (len(p.x), 1, 1)), np.zeros_like(p.F)
+    solid = np.where(p.V0 > 0.0, 1.0, 0.0)
     omega_squared = 0.0
     for _ in range(iterations):
         norm = np.linalg.norm(u)
         if norm == 0.0:
             return float("inf")
         u /= norm
-        transfer.g2p_strain(phi, p.x, F, L, V, np.where(p.V0 > 0.0, 1.0, 0.0), u, 0.0)
+        only_strain = 0.0, 0.0, False, True, False, 0, len(p.x)
+        transfer.g2p(phi, p.x, p.v, F, L, V, solid, u, u, *only_strain)
         trace = np.trace(L, axis1=1, axis2=2)
         sigma = shear * (L + L.transpose(0, 2, 1)) + lame * trace[:, None, None] * np.eye(dim)
         f[:] = 0.0

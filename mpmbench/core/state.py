@@ -11,6 +11,7 @@ from mpmbench.core.mass import Mass
 from mpmbench.core.materials import Material
 from mpmbench.core.methods import Choices
 from mpmbench.core.particles import Particles
+from mpmbench.core.transfer import NodalSums
 
 
 @dataclass
@@ -79,6 +80,8 @@ class State:
         What a time loop has to say about its steps, by name: one number or array per step.
     observe : callable or None
         ``observe(state)`` gives further time series of the problem, by name; called when history is sampled.
+    samples : int
+        History is kept at about this many instants.
     """
 
     particles: Particles
@@ -98,6 +101,7 @@ class State:
     workspace: Any = None
     records: dict[str, list[Any]] = field(default_factory=dict)
     observe: Callable[["State"], dict[str, Any]] | None = None
+    samples: int = 200
 
     def record(self, name: str, value: Any) -> None:
         """Note a number or array about the step being done."""
@@ -107,3 +111,4 @@ class State:
         self.law = self.material.law
         self.axes = (0.0,) * self.particles.dimension
         self.initial_nodes = self.basis.nodes.copy()
+        self.sums = NodalSums(len(self.fixed), len(self.particles.x), self.particles.dimension)

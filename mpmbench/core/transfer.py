@@ -1,13 +1,106 @@
 """Sums between particles and nodes, for any basis and any number of dimensions.
 
-Shapes: nodal arrays (N,) and (N, dim), particle arrays (P,), (P, dim) and (P, dim, dim). Sums run over the particles in
-their order, so a result does not depend on anything but the input.
+Shapes: nodal arrays (N,) and (N, dim), particle arrays (P,), (P, dim) and (P, dim, dim). Particles of the same grid cell
+that follow each other share the values of their nodes: they are read once and added once per cell.
 """
 
+import numpy as np
+
+from mpmbench.core import threads
 from mpmbench.core.algebra import determinant, multiply
-from mpmbench.core.bases.handle import count, locate, node, scratch
+from mpmbench.core.bases.handle import count, index, locate, scratch, value, width
 from mpmbench.core.compiled import kernel, matrix, vector
 from mpmbench.core.materials import cauchy_stress, energy_density
+
+
+class NodalSums:
+    """Sums of mass, momentum and internal force on the nodes, added up in the same order for any number of threads.
+
+    Parameters
+    ----------
+    nodes, particles, dimension : int
+        Fix the sizes: every chunk of particles adds to an array of its own, shape (N, 1 + 2 dim).
+    """
+
+    def __init__(self, nodes: int, particles: int, dimension: int) -> None:
+        self._parts = np.zeros((len(threads.chunks(particles)), nodes, 1 + 2 * dimension))
+        self._touched = np.zeros((len(self._parts), 2), dtype=np.int64)
+
+    def __call__(self, phi, x, m, v, V, sigma, m_i, q_i, f_i) -> None:  # type: ignore[no-untyped-def]
+        """``m_i = sum m_p phi_i``, ``q_i = sum m_p phi_i v_p``, ``f_i = - sum V_p sigma_p grad phi_i``.
+
+        Wobbes 2020, Eqs. 17, 20 (49, 91) and 21 (50, 92), the last with its sign corrected.
+        """
+
+        def add(c: int, start: int, stop: int) -> None:
+            p2g(phi, x, m, v, V, sigma, self._parts[c], self._touched[c], start, stop)
+
+        threads.run(add, len(x))
+        collect(self._parts, self._touched, m_i, q_i, f_i)
+
+
+@kernel
+def p2g(phi, x, m, v, V, sigma, sums, touched, start, stop):  # type: ignore[no-untyped-def]
+    """Add mass, momentum and internal force of particles start to stop to ``sums[i] = (m, q, f)``.
+
+    `touched` returns the range of node numbers that were added to.
+    """
+    dim = len(phi.axes)
+    work, grad_phi, momentum, stress = scratch(phi), vector(phi.axes), vector(phi.axes), matrix(phi.axes, phi.axes)
+    m_c, q_c, f_c = np.zeros(width(phi)), np.zeros((width(phi), dim)), np.zeros((width(phi), dim))  # of one cell
+    touched[0], touched[1] = sums.shape[0], 0
+    cell = -1
+    for p in range(start, stop):
+        at = locate(phi, x, p, work)
+        if at != cell:
+            if cell >= 0:
+                add_cell(phi, cell, m_c, q_c, f_c, sums, touched)
+            cell = at
+        for d in range(dim):
+            momentum[d] = m[p] * v[p, d]
+            for e in range(dim):
+                stress[d, e] = V[p] * sigma[p, d, e]
+        for k in range(count(phi, at)):
+            phi_i = value(phi, at, k, work, grad_phi)
+            m_c[k] += m[p] * phi_i
+            for d in range(dim):
+                traction = 0.0
+                for e in range(dim):
+                    traction += stress[d, e] * grad_phi[e]
+                q_c[k, d] += phi_i * momentum[d]
+                f_c[k, d] -= traction
+    if cell >= 0:
+        add_cell(phi, cell, m_c, q_c, f_c, sums, touched)
+
+
+@kernel
+def add_cell(phi, cell, m_c, q_c, f_c, sums, touched):  # type: ignore[no-untyped-def]
+    """Add the sums of one cell to its nodes and set them back to zero."""
+    dim = len(phi.axes)
+    for k in range(count(phi, cell)):
+        i = index(phi, cell, k)
+        touched[0], touched[1] = min(touched[0], i), max(touched[1], i + 1)
+        sums[i, 0] += m_c[k]
+        m_c[k] = 0.0
+        for d in range(dim):
+            sums[i, 1 + d] += q_c[k, d]
+            sums[i, 1 + dim + d] += f_c[k, d]
+            q_c[k, d], f_c[k, d] = 0.0, 0.0
+
+
+@kernel
+def collect(parts, touched, m_i, q_i, f_i):  # type: ignore[no-untyped-def]
+    """Add up the parts in their order, and set them back to zero."""
+    dim = q_i.shape[1]
+    m_i[:], q_i[:], f_i[:] = 0.0, 0.0, 0.0
+    for c in range(parts.shape[0]):
+        for i in range(touched[c, 0], touched[c, 1]):
+            m_i[i] += parts[c, i, 0]
+            for d in range(dim):
+                q_i[i, d] += parts[c, i, 1 + d]
+                f_i[i, d] += parts[c, i, 1 + dim + d]
+            for k in range(1 + 2 * dim):
+                parts[c, i, k] = 0.0
 
 
 @kernel
@@ -17,30 +110,31 @@ def p2g_mass(phi, x, m, m_i):  # type: ignore[no-untyped-def]
     for p in range(x.shape[0]):
         at = locate(phi, x, p, work)
         for k in range(count(phi, at)):
-            i, phi_i = node(phi, at, k, work, grad_phi)
-            m_i[i] += m[p] * phi_i
+            m_i[index(phi, at, k)] += m[p] * value(phi, at, k, work, grad_phi)
 
 
 @kernel
 def p2g_momentum(phi, x, m, v, q_i):  # type: ignore[no-untyped-def]
-    """Add the momentum: ``q_i += sum_p m_p phi_i(x_p) v_p`` (Eqs. 20, 49, 91)."""
+    """Add the momentum: ``q_i += sum_p m_p phi_i(x_p) v_p``; with b for v, the body force."""
     work, grad_phi = scratch(phi), vector(phi.axes)
     for p in range(x.shape[0]):
         at = locate(phi, x, p, work)
         for k in range(count(phi, at)):
-            i, phi_i = node(phi, at, k, work, grad_phi)
+            phi_i = value(phi, at, k, work, grad_phi)
+            i = index(phi, at, k)
             for d in range(len(phi.axes)):
                 q_i[i, d] += m[p] * phi_i * v[p, d]
 
 
 @kernel
 def p2g_internal_force(phi, x, V, sigma, f_i):  # type: ignore[no-untyped-def]
-    """Add the internal force: ``f_i -= sum_p V_p sigma_p grad phi_i`` (Eqs. 21, 50, 92 with the sign corrected)."""
+    """Add the internal force: ``f_i -= sum_p V_p sigma_p grad phi_i``."""
     work, grad_phi = scratch(phi), vector(phi.axes)
     for p in range(x.shape[0]):
         at = locate(phi, x, p, work)
         for k in range(count(phi, at)):
-            i, phi_i = node(phi, at, k, work, grad_phi)
+            value(phi, at, k, work, grad_phi)
+            i = index(phi, at, k)
             for d in range(len(phi.axes)):
                 traction = 0.0
                 for e in range(len(phi.axes)):
@@ -49,97 +143,60 @@ def p2g_internal_force(phi, x, V, sigma, f_i):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def p2g(phi, x, m, v, V, sigma, m_i, q_i, f_i):  # type: ignore[no-untyped-def]
-    """`p2g_mass`, `p2g_momentum` and `p2g_internal_force` in one pass: the hot loop of the lumped methods."""
-    work, grad_phi = scratch(phi), vector(phi.axes)
-    momentum, stress = vector(phi.axes), matrix(phi.axes, phi.axes)
-    for p in range(x.shape[0]):
-        at = locate(phi, x, p, work)
-        for d in range(len(phi.axes)):
-            momentum[d] = m[p] * v[p, d]
-            for e in range(len(phi.axes)):
-                stress[d, e] = V[p] * sigma[p, d, e]
-        for k in range(count(phi, at)):
-            i, phi_i = node(phi, at, k, work, grad_phi)
-            m_i[i] += m[p] * phi_i
-            for d in range(len(phi.axes)):
-                traction = 0.0
-                for e in range(len(phi.axes)):
-                    traction += stress[d, e] * grad_phi[e]
-                q_i[i, d] += phi_i * momentum[d]
-                f_i[i, d] -= traction
+def g2p(phi, x, v, F, L, V, V0, v_i, a_i, flip, dt, velocity, strain, position, start, stop):  # type: ignore[no-untyped-def]
+    """Update particles start to stop from nodal velocities and accelerations; three switches say what is updated.
 
+    velocity: ``v_p <- flip (v_p + dt sum_i phi_i a_i) + (1 - flip) sum_i phi_i v_i`` (Eqs. 27, 97; 67, 68)
+    strain: ``L = sum_i v_i (x) grad phi_i``, ``F <- (I + dt L) F``, ``V = det(F) V_0`` (Eqs. 28-30, 55, 98, 99 corrected)
+    position: ``x_p += dt sum_i phi_i v_i`` (Eqs. 26, 52, 96)
 
-@kernel
-def g2p_velocity(phi, x, v, v_i, a_i, flip, dt):  # type: ignore[no-untyped-def]
-    """Update particle velocities; `flip` is the weight of FLIP (Eqs. 27, 97) against PIC (Eqs. 67, 68).
-
-    ``v_p <- flip (v_p + dt sum_i phi_i a_i) + (1 - flip) sum_i phi_i v_i``
+    Particles without volume are not strained.
     """
-    work, grad_phi = scratch(phi), vector(phi.axes)
-    increment, interpolated = vector(phi.axes), vector(phi.axes)
-    for p in range(x.shape[0]):
-        at = locate(phi, x, p, work)
-        for d in range(len(phi.axes)):
-            increment[d] = 0.0
-            interpolated[d] = 0.0
-        for k in range(count(phi, at)):
-            i, phi_i = node(phi, at, k, work, grad_phi)
-            for d in range(len(phi.axes)):
-                increment[d] += phi_i * a_i[i, d]
-                interpolated[d] += phi_i * v_i[i, d]
-        for d in range(len(phi.axes)):
-            v[p, d] = flip * (v[p, d] + dt * increment[d]) + (1.0 - flip) * interpolated[d]
-
-
-@kernel
-def g2p_position(phi, x, v_i, dt):  # type: ignore[no-untyped-def]
-    """Move the particles: ``x_p += dt sum_i phi_i v_i`` (Eqs. 26, 52, 96)."""
-    work, grad_phi, step = scratch(phi), vector(phi.axes), vector(phi.axes)
-    for p in range(x.shape[0]):
-        at = locate(phi, x, p, work)
-        for d in range(len(phi.axes)):
-            step[d] = 0.0
-        for k in range(count(phi, at)):
-            i, phi_i = node(phi, at, k, work, grad_phi)
-            for d in range(len(phi.axes)):
-                step[d] += phi_i * v_i[i, d]
-        for d in range(len(phi.axes)):
-            x[p, d] += dt * step[d]
-
-
-@kernel
-def g2p_strain(phi, x, F, L, V, V0, v_i, dt):  # type: ignore[no-untyped-def]
-    """Update deformation: ``L = sum_i v_i (x) grad phi_i``, ``F <- (I + dt L) F``, ``V = det(F) V_0``.
-
-    Wobbes 2020, Eqs. 28-30, 55, 98 and 99, corrected. Particles without volume are skipped.
-    """
-    work, grad_phi = scratch(phi), vector(phi.axes)
+    dim = len(phi.axes)
+    work, grad_phi, increment, interpolated = scratch(phi), vector(phi.axes), vector(phi.axes), vector(phi.axes)
     velocity_gradient = matrix(phi.axes, phi.axes)
-    for p in range(x.shape[0]):
-        if V0[p] == 0.0:
-            continue
+    v_c, a_c = np.empty((width(phi), dim)), np.empty((width(phi), dim))  # of one cell
+    cell = -1
+    for p in range(start, stop):
         at = locate(phi, x, p, work)
-        for d in range(len(phi.axes)):
-            for e in range(len(phi.axes)):
+        if at != cell:
+            for k in range(count(phi, at)):
+                i = index(phi, at, k)
+                for d in range(dim):
+                    v_c[k, d], a_c[k, d] = v_i[i, d], a_i[i, d]
+            cell = at
+        for d in range(dim):
+            increment[d], interpolated[d] = 0.0, 0.0
+            for e in range(dim):
                 velocity_gradient[d, e] = 0.0
         for k in range(count(phi, at)):
-            i, phi_i = node(phi, at, k, work, grad_phi)
-            for d in range(len(phi.axes)):
-                for e in range(len(phi.axes)):
-                    velocity_gradient[d, e] += v_i[i, d] * grad_phi[e]
-        V[p] = V0[p] * deform(phi.axes, velocity_gradient, dt, F, L, p)
+            phi_i = value(phi, at, k, work, grad_phi)
+            for d in range(dim):
+                increment[d] += phi_i * a_c[k, d]
+                interpolated[d] += phi_i * v_c[k, d]
+                for e in range(dim):
+                    velocity_gradient[d, e] += v_c[k, d] * grad_phi[e]
+        for d in range(dim):
+            if velocity:
+                v[p, d] = flip * (v[p, d] + dt * increment[d]) + (1.0 - flip) * interpolated[d]
+            if position:
+                x[p, d] += dt * interpolated[d]
+        if strain and V0[p] > 0.0:
+            V[p] = V0[p] * deform(phi.axes, velocity_gradient, dt, F, L, p)
 
 
 @kernel
 def deform(axes, velocity_gradient, dt, F, L, p):  # type: ignore[no-untyped-def]
-    """Store L of one particle and update its F; returns det F."""
+    """Update F of one particle, and L where it is kept; returns det F."""
     increment, old, new = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
     for d in range(len(axes)):
         for e in range(len(axes)):
-            L[p, d, e] = velocity_gradient[d, e]
             increment[d, e] = dt * velocity_gradient[d, e] + (1.0 if d == e else 0.0)
             old[d, e] = F[p, d, e]
+    if L.shape[0] > 0:
+        for d in range(len(axes)):
+            for e in range(len(axes)):
+                L[p, d, e] = velocity_gradient[d, e]
     multiply(axes, increment, old, new)
     for d in range(len(axes)):
         for e in range(len(axes)):
@@ -148,42 +205,22 @@ def deform(axes, velocity_gradient, dt, F, L, p):  # type: ignore[no-untyped-def
 
 
 @kernel
-def g2p(phi, x, v, F, L, V, V0, v_i, a_i, flip, dt):  # type: ignore[no-untyped-def]
-    """`g2p_velocity`, `g2p_strain` and `g2p_position` in one pass: the hot loop of update stress last."""
-    work, grad_phi = scratch(phi), vector(phi.axes)
-    increment, interpolated = vector(phi.axes), vector(phi.axes)
-    velocity_gradient = matrix(phi.axes, phi.axes)
-    for p in range(x.shape[0]):
-        at = locate(phi, x, p, work)
-        for d in range(len(phi.axes)):
-            increment[d] = 0.0
-            interpolated[d] = 0.0
-            for e in range(len(phi.axes)):
-                velocity_gradient[d, e] = 0.0
-        for k in range(count(phi, at)):
-            i, phi_i = node(phi, at, k, work, grad_phi)
-            for d in range(len(phi.axes)):
-                increment[d] += phi_i * a_i[i, d]
-                interpolated[d] += phi_i * v_i[i, d]
-                for e in range(len(phi.axes)):
-                    velocity_gradient[d, e] += v_i[i, d] * grad_phi[e]
-        for d in range(len(phi.axes)):
-            v[p, d] = flip * (v[p, d] + dt * increment[d]) + (1.0 - flip) * interpolated[d]
-            x[p, d] += dt * interpolated[d]
-        if V0[p] > 0.0:
-            V[p] = V0[p] * deform(phi.axes, velocity_gradient, dt, F, L, p)
-
-
-@kernel
-def update_stress(law, axes, F, L, dt, state, V0, sigma):  # type: ignore[no-untyped-def]
-    """Cauchy stress of every particle from its deformation gradient and history."""
+def update_stress(law, axes, F, L, dt, state, V0, sigma, start, stop):  # type: ignore[no-untyped-def]
+    """Cauchy stress of particles start to stop from their deformation gradients and history."""
     F_p, L_p, sigma_p = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
-    for p in range(F.shape[0]):
+    for d in range(len(axes)):
+        for e in range(len(axes)):
+            L_p[d, e] = 0.0
+    for p in range(start, stop):
         if V0[p] == 0.0:
             continue
         for d in range(len(axes)):
             for e in range(len(axes)):
-                F_p[d, e], L_p[d, e], sigma_p[d, e] = F[p, d, e], L[p, d, e], sigma[p, d, e]
+                F_p[d, e], sigma_p[d, e] = F[p, d, e], sigma[p, d, e]
+        if L.shape[0] > 0:
+            for d in range(len(axes)):
+                for e in range(len(axes)):
+                    L_p[d, e] = L[p, d, e]
         cauchy_stress(law, axes, F_p, L_p, dt, state[p], sigma_p)
         for d in range(len(axes)):
             for e in range(len(axes)):

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from mpmbench.analysis.norms import error_norms
-from mpmbench.core import registry
+from mpmbench.core import registry, threads
 from mpmbench.core.bases import BasisSettings
 from mpmbench.core.errors import BadSetting, NotApplicable, SolverFailure, require
 from mpmbench.core.geometry import Box
@@ -116,7 +116,7 @@ def build(case: Case) -> State:
     """The initial state of a run."""
     problem, material = case.problem, case.material
     X, V0 = problem.seed(case.resolution, case.particles_per_cell)
-    particles = Particles.at_rest(X, V0, material.density, problem.tracers(), material.history)
+    particles = Particles.at_rest(X, V0, material.density, problem.tracers(), material.history, material.rate_dependent)
     particles.v[:] = problem.velocity(particles.X, material)
     problem.prepare(particles, material)
     body = Body(
@@ -127,7 +127,7 @@ def build(case: Case) -> State:
         loads=problem.loads(material),
     )
     state = build_state(body, case.basis, material, case.choices)
-    state.observe = problem.observe
+    state.observe, state.samples = problem.observe, problem.samples
     return state
 
 
@@ -148,6 +148,7 @@ def solve(config: Config, progress: Progress | None = None) -> xr.Dataset:
     """
     case = read(config)
     end_time = float(config["end_time"])
+    threads.use(int(config.get("threads", 1)))
     start = perf_counter()
     try:
         state = build(case)

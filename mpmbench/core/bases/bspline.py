@@ -31,4 +31,4 @@ class BSpline:
     def build(self, geometry: Geometry, particles: int, moving: bool) -> TensorSpline:
         if not isinstance(geometry, Box):
             raise NotApplicable("bspline needs a grid: this problem has an unstructured set of nodes")
-        return TensorSpline(geometry, self.degree)
+        return TensorSpline(geometry, self.degree, moving)

@@ -2,12 +2,12 @@
 
 A kernel reads, for any basis and any dimension::
 
-    work = scratch(basis)
-    grad_phi = vector(basis.axes)
-    for p in range(x.shape[0]):
-        at = locate(basis, x, p, work)
-        for k in range(count(basis, at)):
-            i, phi = node(basis, at, k, work, grad_phi)
+    work, grad_phi = scratch(phi), vector(phi.axes)
+    for p in range(start, stop):
+        at = locate(phi, x, p, work)
+        for k in range(count(phi, at)):
+            i = index(phi, at, k)
+            phi_i = value(phi, at, k, work, grad_phi)
 """
 
 from typing import Any, NamedTuple
@@ -17,23 +17,33 @@ import numpy as np
 from mpmbench.core.compiled import implements
 
 
-def scratch(basis: Any) -> Any:
+def scratch(phi: Any) -> Any:
     """Working memory of one kernel call."""
     raise NotImplementedError
 
 
-def locate(basis: Any, x: np.ndarray, p: int, work: Any) -> int:
-    """Prepare the functions at point `p` of `x`; returns what `count` and `node` need to find them again."""
+def width(phi: Any) -> int:
+    """Largest number of functions at any point."""
     raise NotImplementedError
 
 
-def count(basis: Any, at: int) -> int:
+def locate(phi: Any, x: np.ndarray, p: int, work: Any) -> int:
+    """Prepare the functions at point `p` of `x`; points with the same answer have the same nodes (a grid cell)."""
+    raise NotImplementedError
+
+
+def count(phi: Any, at: int) -> int:
     """Number of functions that may be non-zero at the point."""
     raise NotImplementedError
 
 
-def node(basis: Any, at: int, k: int, work: Any, grad_phi: np.ndarray) -> tuple[int, float]:
-    """Node number and value of the `k`-th function at the point; its gradient is written to `grad_phi`."""
+def index(phi: Any, at: int, k: int) -> int:
+    """Node number of the `k`-th function at the point."""
+    raise NotImplementedError
+
+
+def value(phi: Any, at: int, k: int, work: Any, grad_phi: np.ndarray) -> float:
+    """Value of the `k`-th function at the point located last; its gradient [1/m] is written to `grad_phi`."""
     raise NotImplementedError
 
 
@@ -87,22 +97,32 @@ class Stencils(NamedTuple):
 
 
 @implements(scratch, Stencils)
-def _(basis):  # type: ignore[no-untyped-def]
+def _scratch(phi):  # type: ignore[no-untyped-def]
     return 0
 
 
+@implements(width, Stencils)
+def _width(phi):  # type: ignore[no-untyped-def]
+    return phi.index.shape[1]
+
+
 @implements(locate, Stencils)
-def _(basis, x, p, work):  # type: ignore[no-untyped-def]
+def _locate(phi, x, p, work):  # type: ignore[no-untyped-def]
     return p
 
 
 @implements(count, Stencils)
-def _(basis, at):  # type: ignore[no-untyped-def]
-    return basis.size[at]
+def _count(phi, at):  # type: ignore[no-untyped-def]
+    return phi.size[at]
 
 
-@implements(node, Stencils)
-def _(basis, at, k, work, grad_phi):  # type: ignore[no-untyped-def]
-    for d in range(len(basis.axes)):
-        grad_phi[d] = basis.grad_phi[at, k, d]
-    return basis.index[at, k], basis.phi[at, k]
+@implements(index, Stencils)
+def _index(phi, at, k):  # type: ignore[no-untyped-def]
+    return phi.index[at, k]
+
+
+@implements(value, Stencils)
+def _value(phi, at, k, work, grad_phi):  # type: ignore[no-untyped-def]
+    for d in range(len(phi.axes)):
+        grad_phi[d] = phi.grad_phi[at, k, d]
+    return phi.phi[at, k]

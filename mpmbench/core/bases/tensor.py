@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mpmbench.core.bases.handle import Stencils, count, locate, node, scratch
+from mpmbench.core.bases.handle import Stencils, count, index, locate, scratch, value, width
 from mpmbench.core.compiled import implements, kernel, matrix, vector
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box, tensor_points
@@ -24,8 +24,10 @@ class TensorGrid(NamedTuple):
         One entry per dimension; the inverse spacing [1/m] of the initial uniform knots, which finds a span.
     order : tuple of float
         degree + 1 entries (values unused; the length is known to the compiler).
-    shape : tuple of int
-        Number of functions along each axis.
+    moving : tuple of float
+        One entry where knots move, none where they stay uniform: the compiler then leaves out the search for the span.
+    shape : ndarray of int
+        Number of functions along each axis, shape (dim,).
     breaks : ndarray
         Distinct knots [m], shape (dim, A + 1).
     inverse_width : ndarray
@@ -36,65 +38,83 @@ class TensorGrid(NamedTuple):
 
     axes: tuple[float, ...]
     order: tuple[float, ...]
-    shape: tuple[int, ...]
+    moving: tuple[float, ...]
+    shape: np.ndarray
     breaks: np.ndarray
     inverse_width: np.ndarray
     coefficients: np.ndarray
 
 
 @implements(scratch, TensorGrid)
-def _scratch(basis):  # type: ignore[no-untyped-def]
-    return matrix(basis.axes, basis.order), matrix(basis.axes, basis.order)
+def _scratch(grid):  # type: ignore[no-untyped-def]
+    return matrix(grid.axes, grid.order), matrix(grid.axes, grid.order)
 
 
-@implements(locate, TensorGrid)
-def _locate(basis, x, p, work):  # type: ignore[no-untyped-def]
-    phi, derivative = work
-    order = len(basis.order)
-    first = 0
-    for d in range(len(basis.axes)):
-        last = basis.shape[d] - order
-        s = min(max(int((x[p, d] - basis.breaks[d, 0]) * basis.axes[d]), 0), last)
-        while s > 0 and x[p, d] < basis.breaks[d, s]:
-            s -= 1
-        while s < last and x[p, d] >= basis.breaks[d, s + 1]:
-            s += 1
-        t = (x[p, d] - basis.breaks[d, s]) * basis.inverse_width[d, s]
-        for a in range(order):
-            value = basis.coefficients[d, s, a, order - 1]
-            slope = 0.0
-            for k in range(order - 2, -1, -1):
-                slope = slope * t + value
-                value = value * t + basis.coefficients[d, s, a, k]
-            phi[d, a] = value
-            derivative[d, a] = slope * basis.inverse_width[d, s]
-        first = first * basis.shape[d] + s
-    return first
-
-
-@implements(count, TensorGrid)
-def _count(basis, at):  # type: ignore[no-untyped-def]
+@implements(width, TensorGrid)
+def _width(grid):  # type: ignore[no-untyped-def]
     functions = 1
-    for _ in range(len(basis.axes)):
-        functions *= len(basis.order)
+    for _ in range(len(grid.axes)):
+        functions *= len(grid.order)
     return functions
 
 
-@implements(node, TensorGrid)
-def _node(basis, at, k, work, grad_phi):  # type: ignore[no-untyped-def]
+@implements(count, TensorGrid)
+def _count(grid, at):  # type: ignore[no-untyped-def]
+    return width(grid)
+
+
+@implements(locate, TensorGrid)
+def _locate(grid, x, p, work):  # type: ignore[no-untyped-def]
     phi, derivative = work
-    i, value, stride = at, 1.0, 1
-    for e in range(len(basis.axes)):
+    order = len(grid.order)
+    first = 0
+    for d in range(len(grid.axes)):
+        last = grid.shape[d] - order
+        place = (x[p, d] - grid.breaks[d, 0]) * grid.axes[d]
+        s = min(max(int(place), 0), last)
+        t, scale = place - s, grid.axes[d]
+        if len(grid.moving) > 0:
+            while s > 0 and x[p, d] < grid.breaks[d, s]:
+                s -= 1
+            while s < last and x[p, d] >= grid.breaks[d, s + 1]:
+                s += 1
+            scale = grid.inverse_width[d, s]
+            t = (x[p, d] - grid.breaks[d, s]) * scale
+        for a in range(order):
+            polynomial = grid.coefficients[d, s, a, order - 1]
+            slope = 0.0
+            for k in range(order - 2, -1, -1):
+                slope = slope * t + polynomial
+                polynomial = polynomial * t + grid.coefficients[d, s, a, k]
+            phi[d, a] = polynomial
+            derivative[d, a] = slope * scale
+        first = first * grid.shape[d] + s
+    return first
+
+
+@implements(index, TensorGrid)
+def _index(grid, at, k):  # type: ignore[no-untyped-def]
+    i, stride = at, 1
+    for d in range(len(grid.axes) - 1, -1, -1):  # the last axis is the fastest
+        i += k % len(grid.order) * stride
+        k //= len(grid.order)
+        stride *= grid.shape[d]
+    return i
+
+
+@implements(value, TensorGrid)
+def _value(grid, at, k, work, grad_phi):  # type: ignore[no-untyped-def]
+    phi, derivative = work
+    product = 1.0
+    for e in range(len(grid.axes)):
         grad_phi[e] = 1.0
-    for d in range(len(basis.axes) - 1, -1, -1):  # the last axis is the fastest
-        a = k % len(basis.order)
-        k //= len(basis.order)
-        i += a * stride
-        stride *= basis.shape[d]
-        value *= phi[d, a]
-        for e in range(len(basis.axes)):
+    for d in range(len(grid.axes) - 1, -1, -1):
+        a = k % len(grid.order)
+        k //= len(grid.order)
+        product *= phi[d, a]
+        for e in range(len(grid.axes)):
             grad_phi[e] *= derivative[d, a] if e == d else phi[d, a]
-    return i, value
+    return product
 
 
 @kernel
@@ -133,17 +153,16 @@ def tabulate(breaks, degree, coefficients, inverse_width):  # type: ignore[no-un
 
 
 @kernel
-def fill(basis, x, size, index, phi, grad_phi):  # type: ignore[no-untyped-def]
+def fill(grid, x, size, indices, phi, grad_phi):  # type: ignore[no-untyped-def]
     """Store the functions of any handle at points x, shape (n, dim)."""
-    work = scratch(basis)
-    gradient = vector(basis.axes)
+    work, gradient = scratch(grid), vector(grid.axes)
     for p in range(x.shape[0]):
-        at = locate(basis, x, p, work)
-        size[p] = count(basis, at)
+        at = locate(grid, x, p, work)
+        size[p] = count(grid, at)
         for k in range(size[p]):
-            i, value = node(basis, at, k, work, gradient)
-            index[p, k], phi[p, k] = i, value
-            for d in range(len(basis.axes)):
+            indices[p, k] = index(grid, at, k)
+            phi[p, k] = value(grid, at, k, work, gradient)
+            for d in range(len(grid.axes)):
                 grad_phi[p, k, d] = gradient[d]
 
 
@@ -158,12 +177,12 @@ def first_outside(x, lower, upper):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def count_crossings(basis, x, cells):  # type: ignore[no-untyped-def]
+def count_crossings(grid, x, cells):  # type: ignore[no-untyped-def]
     """Number of points in another cell than `cells` says, shape (n,), which is brought up to date."""
-    work = scratch(basis)
+    work = scratch(grid)
     crossed = 0
     for p in range(cells.shape[0]):
-        cell = locate(basis, x, p, work)
+        cell = locate(grid, x, p, work)
         crossed += cell != cells[p]
         cells[p] = cell
     return crossed
@@ -172,14 +191,15 @@ def count_crossings(basis, x, cells):  # type: ignore[no-untyped-def]
 class TensorSpline:
     """Tensor-product B-splines of one degree with open knots along each axis (fulfils `Basis`)."""
 
-    def __init__(self, box: Box, degree: int) -> None:
+    def __init__(self, box: Box, degree: int, moving: bool = False) -> None:
         dimension, longest = box.dimension, max(box.cells)
         self.degree = degree
         self.cells = box.cells
         self.handle = TensorGrid(
             axes=tuple(1.0 / h for h in box.spacing.tolist()),
             order=(0.0,) * (degree + 1),
-            shape=tuple(n + degree for n in box.cells),
+            moving=(0.0,) if moving else (),
+            shape=np.array([n + degree for n in box.cells]),
             breaks=np.zeros((dimension, longest + 1)),
             inverse_width=np.ones((dimension, longest)),
             coefficients=np.zeros((dimension, longest, degree + 1, degree + 1)),
@@ -233,7 +253,7 @@ class TensorSpline:
         so only axis-aligned motion is followed exactly. Recovering knots from moved Greville points instead would be
         overdetermined, with an undamped (-1)^j mode.
         """
-        shape = self.handle.shape
+        shape = tuple(self.handle.shape)
         moved = []
         for d in range(len(shape)):
             line = displacement[:, d].reshape(shape)

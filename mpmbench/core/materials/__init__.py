@@ -21,7 +21,7 @@ def cauchy_stress(
     axes : tuple
         As many entries as there are dimensions; the missing ones are in plane strain (F = 1).
     F, L : ndarray
-        New deformation gradient and velocity gradient [1/s], shape (dim, dim).
+        New deformation gradient and velocity gradient [1/s] (zero unless `rate_dependent`), shape (dim, dim).
     dt : float
         Time step [s].
     state : ndarray
@@ -69,6 +69,7 @@ class Material(Protocol):
 
     density: float  # kg/m^3
     history: ClassVar[int]  # number of history variables per particle
+    rate_dependent: ClassVar[bool]  # the stress depends on the velocity gradient, which is then kept per particle
     symmetric: ClassVar[bool]  # the Cauchy stress is symmetric and objective: angular momentum is conserved
     conserves_energy: ClassVar[bool]  # the work of the stress is stored
     symmetric_tangent: Any  # the moduli have major symmetry (bool)

@@ -31,6 +31,7 @@ class IsotropicElastic:
     poisson_ratio: float = 0.3
     density: float = 1000.0
     history: ClassVar[int] = 0
+    rate_dependent: ClassVar[bool] = False
     symmetric: ClassVar[bool] = True
     conserves_energy: ClassVar[bool] = True
     symmetric_tangent: ClassVar[bool] = True

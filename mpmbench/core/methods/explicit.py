@@ -7,7 +7,7 @@ is there, ``V = det(F) V_0``, and constrained components leave the system before
 
 import numpy as np
 
-from mpmbench.core import transfer
+from mpmbench.core import threads, transfer
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.methods import Choices
@@ -22,11 +22,9 @@ def step(s: State, dt: float) -> None:
     s.basis.locate(p.x)  # step 3
     if choices.stress_update == "usf":
         project_velocity(s)
-        transfer.g2p_strain(s.basis.handle, p.x, p.F, p.L, p.V, p.V0, n.v, dt)
-        transfer.update_stress(s.law, s.axes, p.F, p.L, dt, p.state, p.V0, p.sigma)
-    phi = s.basis.handle
-    n.m[:], n.q[:], n.f_internal[:] = 0.0, 0.0, 0.0
-    transfer.p2g(phi, p.x, p.m, p.v, p.V, p.sigma, n.m, n.q, n.f_internal)  # Eqs. 17, 20, 21
+        update_particles(s, dt, strain=True)
+        update_stress(s, dt)
+    s.sums(s.basis.handle, p.x, p.m, p.v, p.V, p.sigma, n.m, n.q, n.f_internal)  # Eqs. 17, 20, 21
     external_force(s)
     np.add(n.f_internal, n.f_external, out=n.f)
     s.mass.assemble(s.basis, p, n.m)  # Eqs. 19, 48, 90
@@ -43,20 +41,41 @@ def step(s: State, dt: float) -> None:
     s.external_work += dt * float(np.vdot(n.f_external, n.v)) + reaction_work(s, dt)
 
     if choices.stress_update == "usl":
-        transfer.g2p(phi, p.x, p.v, p.F, p.L, p.V, p.V0, n.v, n.a, choices.flip_weight, dt)  # Eqs. 26-30, 52-55, 96-99
+        update_particles(s, dt, velocity=True, strain=True, position=True)  # Eqs. 26-30, 52-55, 96-99
     else:
-        transfer.g2p_velocity(phi, p.x, p.v, n.v, n.a, choices.flip_weight, dt)  # Eq. 27
+        update_particles(s, dt, velocity=True)  # Eq. 27
         if choices.stress_update == "musl":
             n.v_old[:] = n.v
             project_velocity(s)
-            transfer.g2p_strain(phi, p.x, p.F, p.L, p.V, p.V0, n.v, dt)
+            update_particles(s, dt, strain=True)
             n.v[:] = n.v_old
-        transfer.g2p_position(phi, p.x, n.v, dt)  # Eq. 26
+        update_particles(s, dt, position=True)  # Eq. 26
     if choices.moving and not choices.frozen:
         s.basis.move(np.multiply(n.v, dt, out=n.q))  # Eqs. 51, 95
     if choices.stress_update != "usf":
-        transfer.update_stress(s.law, s.axes, p.F, p.L, dt, p.state, p.V0, p.sigma)  # step 10
+        update_stress(s, dt)  # step 10
     s.time += dt
+
+
+def update_particles(s: State, dt: float, velocity: bool = False, strain: bool = False, position: bool = False) -> None:
+    """Carry nodal velocities and accelerations to the particles (`transfer.g2p`)."""
+    p, n, flip = s.particles, s.nodes, s.choices.flip_weight
+    arrays = s.basis.handle, p.x, p.v, p.F, p.L, p.V, p.V0, n.v, n.a
+
+    def part(_: int, start: int, stop: int) -> None:
+        transfer.g2p(*arrays, flip, dt, velocity, strain, position, start, stop)
+
+    threads.run(part, len(p.x))
+
+
+def update_stress(s: State, dt: float) -> None:
+    """Stresses from the deformation gradients."""
+    p = s.particles
+
+    def part(_: int, start: int, stop: int) -> None:
+        transfer.update_stress(s.law, s.axes, p.F, p.L, dt, p.state, p.V0, p.sigma, start, stop)
+
+    threads.run(part, len(p.x))
 
 
 def project_velocity(s: State) -> None:

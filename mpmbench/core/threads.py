@@ -1,0 +1,38 @@
+"""Work on particles in chunks, on one thread or several, with the same bits for any number of threads.
+
+The division into chunks depends on the number of particles only, and each chunk adds to sums of its own, which are added
+up in a fixed order. Kernels release the interpreter's lock, so plain threads serve: nothing is compiled twice.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+SMALLEST_CHUNK = 8192  # particles; below twice that there is one chunk
+MOST_CHUNKS = 8
+_pool: ThreadPoolExecutor | None = None
+
+
+def use(threads: int) -> None:
+    """Set the number of threads for all that follows in this process."""
+    global _pool
+    if _pool is not None:
+        _pool.shutdown()
+    _pool = ThreadPoolExecutor(threads) if threads > 1 else None
+
+
+def chunks(particles: int) -> list[tuple[int, int]]:
+    """Ranges of particles, which do not depend on the number of threads."""
+    n = min(MOST_CHUNKS, max(1, particles // SMALLEST_CHUNK))
+    bounds = [particles * c // n for c in range(n + 1)]
+    return list(zip(bounds[:-1], bounds[1:], strict=True))
+
+
+def run(task: Callable[[int, int, int], None], particles: int) -> None:
+    """Call ``task(chunk, start, stop)`` for every chunk; an exception in a task is raised here."""
+    numbered = [(c, start, stop) for c, (start, stop) in enumerate(chunks(particles))]
+    if _pool is None or len(numbered) == 1:
+        for part in numbered:
+            task(*part)
+    else:
+        for future in [_pool.submit(task, *part) for part in numbered]:
+            future.result()
