@@ -33,6 +33,8 @@ class Promises:
         The gradient has no jumps inside the domain.
     gradient_on_hull : bool
         The gradient is finite and exact on the boundary of the convex hull.
+    extrapolates : bool
+        Functions exist outside the nodes too; then no particle is ever lost.
     grid : bool
         Needs a `Box` (tensor products); otherwise any node set will do.
     """
@@ -44,6 +46,7 @@ class Promises:
     kronecker: str = "none"
     continuous_gradient: bool = True
     gradient_on_hull: bool = True
+    extrapolates: bool = False
     grid: bool = False
 
 

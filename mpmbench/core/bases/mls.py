@@ -22,7 +22,9 @@ from mpmbench.core.methods import Choices
 from mpmbench.core.registry import register
 
 WEIGHTS = ("cubic_spline", "quartic_spline", "gaussian")
-PROMISES = Promises(non_negative=False, kronecker="none", continuous_gradient=True, gradient_on_hull=True)
+PROMISES = Promises(
+    non_negative=False, extrapolates=True, kronecker="none", continuous_gradient=True, gradient_on_hull=True
+)
 DIRECT_RADIUS = math.sqrt(2.0) * (1.0 + 1e-6)  # in nodal spacings, on regular nodes
 SMALLEST_PIVOT = 1e-10  # of M, scaled to a unit diagonal: below it the cloud takes in another node
 
