@@ -173,6 +173,9 @@ def test_hull_of_a_triangle() -> None:
     corners = np.array([[0.0, 0.0], [2.0, 0.3], [0.4, 1.0]])
     basis = LocalMaxEnt(gamma=1.0, radius=0.7).build(Cloud(np.vstack([corners, barycentric @ corners])), 0, True)
     assert basis.first_outside(rng.dirichlet((1.0, 1.0, 1.0), 300) @ corners) == -1
+    for x in rng.uniform((0.0, 0.0), (2.0, 1.0), (300, 2)):
+        weights = np.linalg.solve(np.vstack([corners.T, np.ones(3)]), [*x, 1.0])
+        assert (basis.first_outside(x[None]) == 0) == (weights.min() < 0.0)
     beyond = np.vstack([corners.mean(axis=0), [1.3, 0.9], [0.1, 0.9]])
     assert basis.first_outside(beyond) == 1
     basis.move(np.tile([[0.3, 0.2]], (403, 1)))
@@ -213,7 +216,7 @@ def test_newton_needs_its_line_search() -> None:
 def test_limit_of_the_iteration() -> None:
     basis = LocalMaxEnt().build(jittered(2, 0.3), 0, False)
     basis.cloud = basis.cloud._replace(max_iterations=2)
-    with pytest.raises(NotConverged, match="no solution within 2 Newton steps"):
+    with pytest.raises(NotConverged, match="no solution after 2 Newton steps"):
         basis.evaluate(points(2))
 
 
@@ -241,6 +244,7 @@ def test_moving_nodes(settings: MaxEnt | LocalMaxEnt) -> None:
         fresh = type(settings)(**{**vars(settings), **keep}).build(Cloud(basis.nodes), 0, False).evaluate(x)
         assert np.array_equal(basis.handle.matrix(81), fresh.matrix(81))
         assert np.array_equal(basis.handle.gradient_matrix(81), fresh.gradient_matrix(81))
+    assert isinstance(basis, EntropyBasis)
     if isinstance(settings, LocalMaxEnt):  # the supports keep their size, so that more nodes come into them
         assert widths[-1] > widths[0]
     assert basis.iterations.min() >= 0 and 2.0 < basis.iterations.mean() < 15.0
@@ -259,6 +263,7 @@ def test_any_split_gives_the_same_bits() -> None:
                 basis.cloud, make_work(basis.cloud), x, first, last, *basis.handle[1:], basis.iterations
             )
             assert status[0] == 0
+            assert first == 0 or not basis.handle.size[:first].any()
         assert all(np.array_equal(a, b) for a, b in zip(whole, basis.handle[1:], strict=True))
 
 

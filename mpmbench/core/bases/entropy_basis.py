@@ -143,5 +143,4 @@ class EntropyBasis:
         if status == FLAT:
             raise BrokeDown(f"lost basis: the {found} nodes whose supports cover {where} lie on a line or plane")
         assert status == STALLED
-        limit = self.cloud.max_iterations
-        raise NotConverged(f"max-ent multipliers: no solution within {limit} Newton steps for {where}")
+        raise NotConverged(f"max-ent multipliers: no solution after {iterations[p]} Newton steps for {where}")

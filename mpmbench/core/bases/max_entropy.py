@@ -20,7 +20,7 @@ DONE, TOO_NARROW, OUTSIDE, FLAT, STALLED = 0, 1, 2, 3, 4  # what becomes of a po
 LAST_MOVE = 1e-5  # a Newton step (in exponents) below this, with its third-order correction, errs by its cube
 COUNTED_MOVE = 1e-7  # the same for a plain Newton step, which errs by its square
 SAFE_MOVE = 0.85  # a step with exponents in a range of twice this always lessens log Z
-PATIENCE = 4  # steps before asking whether the point is outside the hull: inside, most are done by then
+FAR = 30.0  # exponents that Newton's method reaches only on its way to infinity, near the hull and beyond
 HULL_CONDITION = 1e9  # inverse variance, in supports, of points closer than about 1e-9 h to the hull
 INWARDS = 2.0**-23  # how far, relative to the support, the gradient of a point on the hull is taken inside it
 
@@ -284,7 +284,7 @@ def newton(cloud, found, reach, last_move, work, step):  # type: ignore[no-untyp
     for d in range(len(axes)):
         multiplier[d] = 0.0
     on_trial = False
-    height = slope = spread = 0.0
+    height = slope = spread = size = 0.0
     counted = -1
     for iteration in range(cloud.max_iterations + 1):
         shift = 0.0
@@ -317,14 +317,10 @@ def newton(cloud, found, reach, last_move, work, step):  # type: ignore[no-untyp
             return DONE, (iteration + 1 if counted < 0 else counted), False
         if residual <= smallest_residual and not trace * reach * reach < HULL_CONDITION:
             return DONE, counted, True
-        if iteration >= PATIENCE:  # a half-space that holds every dx_i: the point is not in their hull
-            nearest = -largest_exponent(axes, found, multiplier, work)
-            if nearest * reach > smallest_residual * size:
-                return OUTSIDE, iteration, False
         if not (determinant > 0.0 and move < 1e300):
             if not cloud.line_search:
                 return STALLED, iteration, False
-            return (OUTSIDE if size > 30.0 else FLAT), iteration, False
+            return (OUTSIDE if size > FAR else FLAT), iteration, False
         if cloud.line_search and move > SAFE_MOVE:
             on_trial = True
             height = math.log(Z) + shift
@@ -341,7 +337,7 @@ def newton(cloud, found, reach, last_move, work, step):  # type: ignore[no-untyp
             spread = high - low
         for d in range(len(axes)):
             multiplier[d] += step[d]
-    return STALLED, cloud.max_iterations, False
+    return (OUTSIDE if size > FAR else STALLED), cloud.max_iterations, False
 
 
 @lean
