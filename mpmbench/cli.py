@@ -56,7 +56,7 @@ def main(arguments: list[str] | None = None) -> int:
         return dispatch(arguments)
     except BadInput as error:
         print(f"mpmbench: {error}", file=sys.stderr)
-        return 2
+        return error.exit_code
     except KeyboardInterrupt:
         print("mpmbench: interrupted; the same command completes what is missing", file=sys.stderr)
         return 1
@@ -137,7 +137,7 @@ def run(flags: list[str], pairs: list[str]) -> int:
         raise KeyboardInterrupt
     folder = Path(plan["folder"]) if plan else Path(records[0].file).parent if records else None
     wanted = plan["report"] if plan else any(pair == "report=true" for pair in pairs) and bool(records)
-    reported = reporting.build(folder) if wanted and folder else True
+    reported = reporting.build(folder, only_when_older=not records) if wanted and folder else True
     return 0 if not failed and reported else 1
 
 
@@ -148,7 +148,7 @@ def run_case(config: Any) -> None:
     try:
         run_composed(config)
     except BadInput as error:  # Hydra would print a line of its own about an exception
-        sweep.note_refusal(str(error))
+        sweep.note_refusal(error)
 
 
 def run_composed(config: Any) -> None:

@@ -262,7 +262,7 @@ def readable(error: Exception, pairs: Sequence[str]) -> BadInput:
         group, _, name = key.partition(".")
         if text.startswith(f"Could not override '{key}'") and group in GROUPS:
             owners = [option for option in options(group) if name in declared(group, option)]
-            return BadInput(f"{pair}: the chosen {group} has no {name}, only {', '.join(owners)} has")
+            return BadInput(f"{pair}: the chosen {group} has no {name}, which belongs to {', '.join(owners)}")
         if "Ambiguous value" in text and f"'{pair}'" in text:
             return BadInput(f"{pair}: several values need -m, which runs each of them")
     return BadInput(text.partition(" To append to your config")[0].partition(" Set the environment")[0])

@@ -70,7 +70,7 @@ def check(cells: list[tuple[dict[str, Any], str]]) -> list[dict[str, Any]]:
     try:
         answers = isolation.ask("check", requests, limits=limits_of(first))
     except isolation.Ended as end:
-        raise BadInput(f"the configuration could not be checked: {end.reason}") from None
+        raise BadInput(f"the configuration could not be checked: {end.reason}", exit_code=1) from None
     for (config, _), answer in zip(cells, answers, strict=True):
         if answer["bad"]:
             raise BadInput(answer["bad"])

@@ -4,11 +4,23 @@ import sys
 from pathlib import Path
 
 from mpmbench.runs.display import shorten
-from mpmbench.runs.schema import BadInput
+from mpmbench.runs.schema import PACKAGE, BadInput
 
 
-def build(folder: Path) -> bool:
+def is_current(page: Path, folder: Path) -> bool:
+    """Whether a page is younger than all results and than the code that makes pages."""
+    sources = [file for room in ("report", "analysis") for file in (PACKAGE / room).iterdir() if file.is_file()]
+    return page.exists() and all(
+        page.stat().st_mtime > file.stat().st_mtime for file in [*folder.glob("*.nc"), *sources]
+    )
+
+
+def build(folder: Path, only_when_older: bool = False) -> bool:
     """Write the report of a folder of results and say where it is; a report that fails loses no run."""
+    page = folder / "report" / "index.html"
+    if only_when_older and is_current(page, folder):
+        print(f"report: {shorten(str(page))}")
+        return True
     try:
         from mpmbench import report
 

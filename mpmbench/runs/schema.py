@@ -23,7 +23,11 @@ PROBLEM_DEFAULTS = ("method_defaults", "basis_defaults", "material_defaults")
 
 
 class BadInput(Exception):
-    """What the user gave cannot be run; the message is one sentence, the exit code is 2."""
+    """What the user gave cannot be run; the message is one sentence, the exit code is 2 unless another is given."""
+
+    def __init__(self, sentence: str, exit_code: int = 2) -> None:
+        super().__init__(sentence)
+        self.exit_code = exit_code
 
 
 class _Loader(yaml.CSafeLoader):

@@ -144,16 +144,16 @@ def note(record: execute.Record, number: int) -> None:
     (ledger() / f"{number}.json").write_text(json.dumps(record.as_dict()))
 
 
-def note_refusal(sentence: str) -> None:
+def note_refusal(refusal: BadInput) -> None:
     """Leave what is wrong with a configuration."""
-    (ledger() / "refused").write_text(sentence)
+    (ledger() / "refused").write_text(json.dumps([str(refusal), refusal.exit_code]))
 
 
 def raise_refusal() -> None:
     """Raise `BadInput` when a run has refused its configuration."""
     file = ledger() / "refused"
     if file.exists():
-        raise BadInput(file.read_text())
+        raise BadInput(*json.loads(file.read_text()))
 
 
 def records() -> list[execute.Record]:

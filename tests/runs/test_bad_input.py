@@ -21,7 +21,7 @@ BAD = [  # arguments, what the sentence must contain
     ("basis=maxent basis.d_max=0.5", "basis.d_max = 0.5: a number greater than 1"),
     ("basis=maxent basis.d_max=abc", "basis.d_max = abc: a finite number is needed"),
     ("basis=maxent basis.dmax=2", "did you mean basis.d_max"),
-    ("basis=linear basis.degree=2", "the chosen basis has no degree, only bspline has"),
+    ("basis=linear basis.degree=2", "the chosen basis has no degree, which belongs to bspline"),
     ("basis.d_max=[", "this value is not understood"),
     ("problem=bar_fixed_end", "did you mean bar_fixed_ends"),
     ("material.poisson_ratio=0.5", "material.poisson_ratio = 0.5"),

@@ -75,9 +75,15 @@ def test_report_true_writes_a_report_and_a_failing_report_loses_nothing(command,
     def broken(path):
         raise RuntimeError("no ink")
 
-    monkeypatch.setattr(mpmbench.report, "build", lambda path: path / "report.html")
-    assert "report: results/default/report.html" in command("resolution=4", "report=true").out
+    def quick(path):
+        (path / "report").mkdir()
+        (path / "report" / "index.html").touch()
+        return path / "report" / "index.html"
+
+    monkeypatch.setattr(mpmbench.report, "build", quick)
+    assert "report: results/default/report/index.html" in command("resolution=4", "report=true").out
     monkeypatch.setattr(mpmbench.report, "build", broken)
+    assert command("-m", "resolution=4", "report=true").code == 0  # nothing ran, and the report is there
     outcome = command("-m", "resolution=4", "report=true", "rerun=all")
     assert outcome.code == 1
     assert "the report failed (RuntimeError: no ink); the results are in results/default" in outcome.err
