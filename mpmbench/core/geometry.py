@@ -49,10 +49,13 @@ class Cloud:
         Positions [m], shape (N, dim).
     simplices : ndarray of int or None
         Node numbers of each simplex, shape (S, dim + 1).
+    spacing : float or None
+        Typical distance between neighbours [m], where the maker of the cloud knows it.
     """
 
     nodes: np.ndarray
     simplices: np.ndarray | None = None
+    spacing: float | None = None
 
     @property
     def dimension(self) -> int:

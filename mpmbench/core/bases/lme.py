@@ -97,11 +97,13 @@ class LocalMaxEnt:
 def nodal_spacing(geometry: Geometry) -> float:
     """Typical distance h between neighbouring nodes [m].
 
-    On a box the largest cell size. On a cloud the edge of N^(1/dim) - 1 cells along each axis of a cube with the
+    On a box the largest cell size. On a cloud what its maker says, else the edge of N^(1/dim) - 1 cells along each axis of a cube with the
     cloud's volume (of its simplices, else of its hull), which is the mean spacing on a line.
     """
     if isinstance(geometry, Box):
         return float(geometry.spacing.max())
+    if geometry.spacing is not None:
+        return geometry.spacing
     nodes, dimension = geometry.nodes, geometry.dimension
     if geometry.simplices is not None:
         corners = nodes[geometry.simplices]

@@ -1,0 +1,264 @@
+"""Mohr-Coulomb plasticity at finite strain: Hencky elasticity and a return in principal Kirchhoff stresses.
+
+Tension is positive and ``tau_1 >= tau_2 >= tau_3``. The yield function is ``f = k tau_1 - tau_3 - s`` with
+``k = (1 + sin phi) / (1 - sin phi)`` and ``s = 2 c sqrt(k)``; the flow potential has the dilatancy angle in place of the
+friction angle. Trial stresses return to the plane, to one of its two edges, or to the apex (Clausen, Damkilde and
+Andersen 2006, 2007), exactly and in one step because everything is linear in logarithmic strains.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from mpmbench.core.algebra import determinant
+from mpmbench.core.compiled import implements, kernel, matrix, vector
+from mpmbench.core.errors import require
+from mpmbench.core.materials import cauchy_stress, energy_density, kirchhoff_stress
+from mpmbench.core.materials.isotropic import IsotropicElastic
+from mpmbench.core.materials.principal import (
+    THREE,
+    assemble,
+    congruence,
+    eigensystem,
+    elastic_moduli,
+    embed,
+    hencky_energy,
+    hencky_stress,
+    spatial_moduli,
+)
+from mpmbench.core.registry import register
+
+ELASTIC, PLANE, COMPRESSION_EDGE, EXTENSION_EDGE, APEX = 0, 1, 2, 3, 4  # where a trial stress returns to
+PLASTIC_STRAIN = 6  # column of the history; those before hold b_e - I as xx, yy, zz, xy, xz, yz
+
+
+class MohrCoulombLaw(NamedTuple):
+    """Lame parameters [Pa], slopes k and m of yield function and potential, and strength s [Pa]."""
+
+    lame: float
+    shear: float
+    friction: float
+    dilatancy: float
+    strength: float
+
+
+@register("material", "mohr_coulomb")
+@dataclass(frozen=True)
+class MohrCoulomb(IsotropicElastic):
+    """Settings of the Mohr-Coulomb law, beside those of `IsotropicElastic`.
+
+    Parameters
+    ----------
+    cohesion : float
+        c [Pa].
+    friction_angle, dilatancy_angle : float
+        phi and psi [degrees], 0 <= psi <= phi < 90.
+    """
+
+    cohesion: float = 5000.0
+    friction_angle: float = 25.0
+    dilatancy_angle: float = 0.0
+    history: ClassVar[int] = 7
+    conserves_energy: ClassVar[bool] = False
+    outputs: ClassVar[dict[str, tuple[int, str, str]]] = {
+        "plastic_strain": (PLASTIC_STRAIN, "1", "equivalent plastic strain")
+    }
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(0.0 <= self.cohesion < math.inf, "cohesion", self.cohesion, "a number [Pa] of at least 0")
+        phi, psi = self.friction_angle, self.dilatancy_angle
+        require(0.0 <= phi < 90.0, "friction_angle", phi, "a number of degrees from 0 to less than 90")
+        require(0.0 <= psi <= phi, "dilatancy_angle", psi, "a number of degrees from 0 to friction_angle")
+        require(self.cohesion > 0.0 or phi > 0.0, "cohesion", self.cohesion, "more than 0 when friction_angle is 0")
+
+    @property
+    def symmetric_tangent(self) -> bool:  # type: ignore[override]
+        """Only associated flow has a symmetric tangent."""
+        return self.dilatancy_angle == self.friction_angle
+
+    @property
+    def law(self) -> MohrCoulombLaw:
+        k, m = (
+            (1.0 + math.sin(math.radians(angle))) / (1.0 - math.sin(math.radians(angle)))
+            for angle in (self.friction_angle, self.dilatancy_angle)
+        )
+        return MohrCoulombLaw(*self.lame_parameters(), k, m, 2.0 * self.cohesion * math.sqrt(k))
+
+    def history_of_stress(self, tau: np.ndarray) -> np.ndarray:
+        """History of an undeformed state under normal Kirchhoff stresses tau_xx, tau_yy, tau_zz [Pa], shape (n, 3)."""
+        lame, shear = self.lame_parameters()
+        strain = np.linalg.solve(lame * np.ones((3, 3)) + 2.0 * shear * np.eye(3), tau.T).T
+        state = np.zeros((len(tau), self.history))
+        state[:, :3] = np.expm1(2.0 * strain)
+        return state
+
+
+@kernel
+def yield_function(law, tau):  # type: ignore[no-untyped-def]
+    """``k tau_1 - tau_3 - s`` [Pa]; positive outside."""
+    return law.friction * tau[0] - tau[2] - law.strength
+
+
+@kernel
+def _pull_back(D, A, B, count, excess, tau, moduli):  # type: ignore[no-untyped-def]
+    """Return along ``D B`` to where the `count` planes with normals in the columns of A meet.
+
+    ``tau -= D B (A^T D B)^-1 f`` and ``moduli = D - D B (A^T D B)^-1 A^T D``.
+    """
+    DB, AD, S = matrix(THREE, (0.0, 0.0)), matrix((0.0, 0.0), THREE), matrix((0.0, 0.0), (0.0, 0.0))
+    for p in range(count):
+        for i in range(3):
+            DB[i, p] = 0.0
+            AD[p, i] = 0.0
+            for j in range(3):
+                DB[i, p] += D[i, j] * B[j, p]
+                AD[p, i] += A[j, p] * D[j, i]
+    for p in range(count):
+        for q in range(count):
+            S[p, q] = 0.0
+            for i in range(3):
+                S[p, q] += A[i, p] * DB[i, q]
+    if count == 1:
+        S[0, 0] = 1.0 / S[0, 0]
+    else:
+        scale = 1.0 / (S[0, 0] * S[1, 1] - S[0, 1] * S[1, 0])
+        first = S[0, 0]
+        S[0, 0], S[1, 1] = S[1, 1] * scale, first * scale
+        S[0, 1], S[1, 0] = -S[0, 1] * scale, -S[1, 0] * scale
+    for i in range(3):
+        for j in range(3):
+            moduli[i, j] = D[i, j]
+        for p in range(count):
+            for q in range(count):
+                tau[i] -= DB[i, p] * S[p, q] * excess[q]
+                for j in range(3):
+                    moduli[i, j] -= DB[i, p] * S[p, q] * AD[q, j]
+
+
+@kernel
+def return_map(law, trial, tau, moduli):  # type: ignore[no-untyped-def]
+    """Return principal trial stresses to the yield surface.
+
+    Parameters
+    ----------
+    trial : ndarray
+        Principal Kirchhoff stresses [Pa], descending, shape (3,).
+    tau, moduli : ndarray
+        Written: stresses and ``d tau / d trial strain`` [Pa], shapes (3,) and (3, 3).
+
+    Returns
+    -------
+    int
+        ELASTIC, PLANE, COMPRESSION_EDGE (tau_1 = tau_2), EXTENSION_EDGE (tau_2 = tau_3) or APEX.
+    """
+    k, m = law.friction, law.dilatancy
+    D = matrix(THREE, THREE)
+    A, B, excess = matrix(THREE, (0.0, 0.0)), matrix(THREE, (0.0, 0.0)), vector((0.0, 0.0))
+    elastic_moduli(law.lame, law.shear, D)
+    for i in range(3):
+        tau[i] = trial[i]
+        for j in range(3):
+            moduli[i, j] = D[i, j]
+    excess[0] = yield_function(law, trial)
+    if excess[0] <= 0.0:
+        return ELASTIC
+    A[0, 0], A[1, 0], A[2, 0] = k, 0.0, -1.0
+    B[0, 0], B[1, 0], B[2, 0] = m, 0.0, -1.0
+    _pull_back(D, A, B, 1, excess, tau, moduli)
+    upper, lower = tau[1] > tau[0], tau[2] > tau[1]
+    if not (upper or lower):
+        return PLANE
+    for edge in range(2):
+        if not (upper if edge == 0 else lower):
+            continue
+        if edge == 0:  # with the plane of tau_2 and tau_3
+            A[0, 1], A[1, 1], A[2, 1] = 0.0, k, -1.0
+            B[0, 1], B[1, 1], B[2, 1] = 0.0, m, -1.0
+            excess[1] = k * trial[1] - trial[2] - law.strength
+        else:  # with the plane of tau_1 and tau_2
+            A[0, 1], A[1, 1], A[2, 1] = k, -1.0, 0.0
+            B[0, 1], B[1, 1], B[2, 1] = m, -1.0, 0.0
+            excess[1] = k * trial[0] - trial[1] - law.strength
+        for i in range(3):
+            tau[i] = trial[i]
+        _pull_back(D, A, B, 2, excess, tau, moduli)
+        if tau[0] >= tau[2]:
+            return COMPRESSION_EDGE if edge == 0 else EXTENSION_EDGE
+    for i in range(3):
+        tau[i] = law.strength / (k - 1.0)
+        for j in range(3):
+            moduli[i, j] = 0.0
+    return APEX
+
+
+@kernel
+def _update(law, axes, increment, old, state, strain, tau, vectors, moduli):  # type: ignore[no-untyped-def]
+    """Trial state, return and new history; principal trial strains, stresses, axes and moduli are written."""
+    full, b, trial_b = matrix(THREE, THREE), matrix(THREE, THREE), matrix(THREE, THREE)
+    trial = vector(THREE)
+    embed(axes, increment, full)
+    b[0, 0], b[1, 1], b[2, 2] = 1.0 + old[0], 1.0 + old[1], 1.0 + old[2]
+    b[0, 1], b[0, 2], b[1, 2] = old[3], old[4], old[5]
+    b[1, 0], b[2, 0], b[2, 1] = old[3], old[4], old[5]
+    congruence(full, b, trial_b)
+    for i in range(3):
+        for j in range(3):
+            b[i, j] = trial_b[i, j]
+    eigensystem(trial_b, strain, vectors)
+    for a in range(3):
+        strain[a] = 0.5 * math.log(strain[a])
+    hencky_stress(law.lame, law.shear, strain, trial)
+    plastic = old[PLASTIC_STRAIN]
+    if return_map(law, trial, tau, moduli) != ELASTIC:
+        bulk = law.lame + 2.0 / 3.0 * law.shear
+        mean = (tau[0] + tau[1] + tau[2]) / 3.0
+        square = 0.0
+        stretch = vector(THREE)
+        for a in range(3):
+            elastic = (tau[a] - mean) / (2.0 * law.shear) + mean / (3.0 * bulk)
+            square += (strain[a] - elastic) ** 2
+            stretch[a] = math.exp(2.0 * elastic)
+        plastic += math.sqrt(2.0 / 3.0 * square)
+        assemble(stretch, vectors, THREE, b)
+    state[0], state[1], state[2] = b[0, 0] - 1.0, b[1, 1] - 1.0, b[2, 2] - 1.0
+    state[3], state[4], state[5] = b[0, 1], b[0, 2], b[1, 2]
+    state[PLASTIC_STRAIN] = plastic
+
+
+@implements(kirchhoff_stress, MohrCoulombLaw)
+def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignore[no-untyped-def]
+    strain, principal, vectors, D = vector(THREE), vector(THREE), matrix(THREE, THREE), matrix(THREE, THREE)
+    _update(law, axes, increment, old, state, strain, principal, vectors, D)
+    assemble(principal, vectors, axes, tau)
+    spatial_moduli(axes, strain, principal, D, vectors, moduli)
+
+
+@implements(cauchy_stress, MohrCoulombLaw)
+def _stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
+    """The explicit step: its increment is ``I + dt L``."""
+    strain, principal, vectors, D = vector(THREE), vector(THREE), matrix(THREE, THREE), matrix(THREE, THREE)
+    increment = matrix(axes, axes)
+    for i in range(len(axes)):
+        for j in range(len(axes)):
+            increment[i, j] = dt * L[i, j] + (1.0 if i == j else 0.0)
+    _update(law, axes, increment, state, state, strain, principal, vectors, D)
+    inverse_J = 1.0 / determinant(axes, F)
+    for a in range(3):
+        principal[a] *= inverse_J
+    assemble(principal, vectors, axes, sigma)
+
+
+@implements(energy_density, MohrCoulombLaw)
+def _energy(law, axes, F, state):  # type: ignore[no-untyped-def]
+    """Elastic energy of b_e."""
+    b, strain, vectors = matrix(THREE, THREE), vector(THREE), matrix(THREE, THREE)
+    b[0, 0], b[1, 1], b[2, 2] = 1.0 + state[0], 1.0 + state[1], 1.0 + state[2]
+    b[0, 1], b[0, 2], b[1, 2] = state[3], state[4], state[5]
+    b[1, 0], b[2, 0], b[2, 1] = state[3], state[4], state[5]
+    eigensystem(b, strain, vectors)
+    for a in range(3):
+        strain[a] = 0.5 * math.log(strain[a])
+    return hencky_energy(law.lame, law.shear, strain)

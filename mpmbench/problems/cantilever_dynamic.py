@@ -1,0 +1,122 @@
+"""Cantilever that falls under suddenly applied gravity: large rotations in plane strain, a standard dynamic test.
+
+A 4 x 1 m beam of neo-Hookean material is clamped at its left end; gravity acts from t = 0. The vertical displacement of
+its lower right corner has a first minimum of -3.304 m at 1.0475 s and, after 2 s, a maximum of +0.042 m at 2.635 s:
+quadratic total-Lagrangian finite elements on 24 x 6 cells with a time step of 2.5 ms.
+"""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from mpmbench.core.errors import NotApplicable, require, require_option
+from mpmbench.core.geometry import Box
+from mpmbench.core.materials import Material
+from mpmbench.core.methods import Choices
+from mpmbench.core.particles import LAYOUTS, seed_cells
+from mpmbench.core.registry import register
+from mpmbench.core.simulation import Solution
+from mpmbench.core.state import Loads, State
+from mpmbench.problems import Problem
+
+FIRST_MINIMUM, TIME_OF_MINIMUM = -3.304, 1.0475  # [m], [s]
+LATE_MAXIMUM, TIME_OF_MAXIMUM = 0.042, 2.635  # [m], [s]
+ROOM = (4.0, 1.0, 5.0, 2.0)  # [m] of grid left and right of, below and above the beam, for methods whose nodes stay
+
+
+@register("problem", "cantilever_dynamic")
+@dataclass(frozen=True)
+class CantileverDynamic(Problem):
+    """Parameters of the falling cantilever.
+
+    Parameters
+    ----------
+    gravity : float
+        Weight per unit mass g [m/s^2].
+    initial_acceleration : {"zero", "gravity"}
+        Acceleration of the particles at t = 0: Newmark's method rings for ever after it, and remembers it.
+    particle_layout : {"gauss", "midpoint"}
+    """
+
+    gravity: float = 10.0
+    initial_acceleration: str = "zero"
+    particle_layout: str = "gauss"
+    dimension: ClassVar[int] = 2
+    reference_length: ClassVar[float] = 4.0
+    height: ClassVar[float] = 1.0
+    samples: ClassVar[int] = 1200
+
+    def __post_init__(self) -> None:
+        require(0.0 < self.gravity < 1e4, "gravity", self.gravity, "a positive number [m/s2], less than 10000")
+        require_option("initial_acceleration", self.initial_acceleration, ("zero", "gravity"))
+        require_option("particle_layout", self.particle_layout, LAYOUTS)
+
+    def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
+        require(resolution % 4 == 0, "resolution", resolution, "a multiple of 4 (whole cells over a height of 1 m)")
+        if choices.time == "static":
+            raise NotApplicable("cantilever_dynamic is a dynamic problem: it needs method.time=newmark or explicit")
+
+    # geometry
+
+    def nodes(self, resolution: int, choices: Choices) -> Box:
+        across = resolution // 4
+        if choices.moving or choices.frozen:
+            return Box((0.0, 0.0), (self.reference_length, self.height), (resolution, across))
+        left, right, below, above = (int(np.ceil(room * across)) for room in ROOM)
+        h = self.reference_length / resolution
+        return Box(
+            (-left * h, -below * h),
+            (self.reference_length + right * h, self.height + above * h),
+            (left + resolution + right, across + below + above),
+        )
+
+    def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
+        box = Box((0.0, 0.0), (self.reference_length, self.height), (resolution, resolution // 4))
+        return seed_cells(box, particles_per_cell, self.particle_layout)
+
+    def tracers(self) -> np.ndarray:
+        """The lower right corner."""
+        return np.array([[self.reference_length, 0.0]])
+
+    # initial and boundary conditions
+
+    def prepare(self, particles: Any, material: Material) -> None:
+        if self.initial_acceleration == "gravity":
+            particles.a[:, 1] = -self.gravity
+
+    def fixed(self, x: np.ndarray) -> np.ndarray:
+        """The clamp, and nodes behind it; below it the beam may swing to the left."""
+        slack = 1e-9 * self.reference_length
+        clamp = (x[:, 0] < slack) & (x[:, 1] > -slack) & (x[:, 1] < self.height + slack)
+        return np.repeat(clamp[:, None], 2, axis=1)
+
+    def loads(self, material: Material) -> Loads:
+        def weight(X: np.ndarray, t: float, b: np.ndarray) -> None:
+            b[:, 0], b[:, 1] = 0.0, -self.gravity
+
+        return Loads(body_force=weight)
+
+    # quantities of interest
+
+    def observe(self, state: State) -> dict[str, Any]:
+        """Displacement of the corner [m]."""
+        return {"tip_displacement": state.particles.x[-1] - state.particles.X[-1]}
+
+    def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
+        time, tip = np.array(solution.history["time"]), np.array(solution.history["tip_displacement"])[:, 1]
+        out: dict[str, tuple[Any, str, str]] = {
+            "tip_displacement": (tip, "m", "vertical displacement of the lower right corner")
+        }
+        if time[-1] > 1.5:
+            i = int(np.argmin(np.where(time < 1.5, tip, np.inf)))
+            out["first_minimum"] = (tip[i], "m", "first minimum of tip_displacement")
+            out["time_of_first_minimum"] = (time[i], "s", "time of the first minimum")
+            out["error_first_minimum"] = (abs(tip[i] / FIRST_MINIMUM - 1.0), "1", "relative error of the first minimum")
+            out["lag_of_first_minimum"] = (time[i] - TIME_OF_MINIMUM, "s", "delay of the first minimum")
+        if time[-1] > 2.9:
+            i = int(np.argmax(np.where(time > 2.0, tip, -np.inf)))
+            out["late_maximum"] = (tip[i], "m", "maximum of tip_displacement after 2 s")
+            out["time_of_late_maximum"] = (time[i], "s", "time of that maximum")
+            out["lag_of_late_maximum"] = (time[i] - TIME_OF_MAXIMUM, "s", "delay of that maximum")
+        return out

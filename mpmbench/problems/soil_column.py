@@ -1,0 +1,132 @@
+"""Collapse of a cohesive soil column under its own weight, plane strain (Iaconeta 2017, section 5.3; Bui et al. 2008).
+
+A column 4 m wide and 2 m high of Mohr-Coulomb material, with a roller on its left wall and a rough base, is released:
+gravity acts at once. Its right side slumps over the base. Clouds of moving nodes need nodes of the base beyond the
+column too, on which the soil comes to rest.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from mpmbench.core.errors import NotApplicable, require, require_option
+from mpmbench.core.geometry import Box, Cloud, Geometry
+from mpmbench.core.materials import Material
+from mpmbench.core.materials.mohr_coulomb import PLASTIC_STRAIN, MohrCoulomb
+from mpmbench.core.methods import Choices
+from mpmbench.core.particles import LAYOUTS, Particles, seed_cells
+from mpmbench.core.registry import register
+from mpmbench.core.simulation import Solution
+from mpmbench.core.state import Loads, State
+from mpmbench.problems import Problem
+
+BASE_LENGTH = 8.0  # [m]
+GRID_HEIGHT = 2.2  # [m]
+MARGIN = 4  # cells of grid beyond both
+
+
+@register("problem", "soil_column")
+@dataclass(frozen=True)
+class SoilColumn(Problem):
+    """Parameters of the column.
+
+    Parameters
+    ----------
+    gravity : float
+        Weight per unit mass g [m/s^2].
+    initial_acceleration : {"zero", "gravity"}
+        Acceleration of the particles at t = 0, which Newmark's method remembers.
+    initial_stress : {"none", "k0"}
+        Stress-free, or the weight of the soil above with the lateral stress of a column at rest, ``1 - sin phi`` times
+        the vertical one.
+    particle_layout : {"gauss", "midpoint"}
+    """
+
+    gravity: float = 9.81
+    initial_acceleration: str = "zero"
+    initial_stress: str = "none"
+    particle_layout: str = "gauss"
+    dimension: ClassVar[int] = 2
+    reference_length: ClassVar[float] = 4.0
+    height: ClassVar[float] = 2.0
+    samples: ClassVar[int] = 1000
+
+    def __post_init__(self) -> None:
+        require(0.0 < self.gravity < 1e4, "gravity", self.gravity, "a positive number [m/s2], less than 10000")
+        require_option("initial_acceleration", self.initial_acceleration, ("zero", "gravity"))
+        require_option("initial_stress", self.initial_stress, ("none", "k0"))
+        require_option("particle_layout", self.particle_layout, LAYOUTS)
+
+    def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
+        require(resolution % 2 == 0, "resolution", resolution, "a multiple of 2 (whole cells over a height of 2 m)")
+        if choices.time == "static":
+            raise NotApplicable("soil_column is a dynamic problem: it needs method.time=newmark or explicit")
+        if choices.moving and basis in ("linear", "bspline"):
+            raise NotApplicable(f"basis={basis} on moving nodes ends where the column ends: it cannot meet the base")
+        if self.initial_stress == "k0" and not isinstance(material, MohrCoulomb):
+            raise NotApplicable("problem.initial_stress=k0 needs material=mohr_coulomb, whose history holds the stress")
+
+    # geometry
+
+    def _column(self, resolution: int) -> Box:
+        return Box((0.0, 0.0), (self.reference_length, self.height), (resolution, resolution // 2))
+
+    def nodes(self, resolution: int, choices: Choices) -> Geometry:
+        h = self.reference_length / resolution
+        along = round(BASE_LENGTH / h)
+        if choices.moving:
+            rest = np.arange(resolution + 1, along + 1) * h
+            base = np.stack([rest, np.zeros_like(rest)], axis=1)
+            return Cloud(np.vstack([self._column(resolution).nodes(), base]), spacing=h)
+        along, up = along + MARGIN, math.ceil(GRID_HEIGHT / h - 1e-9) + MARGIN
+        return Box((0.0, 0.0), (along * h, up * h), (along, up))
+
+    def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
+        return seed_cells(self._column(resolution), particles_per_cell, self.particle_layout)
+
+    # initial and boundary conditions
+
+    def prepare(self, particles: Particles, material: Material) -> None:
+        if self.initial_acceleration == "gravity":
+            particles.a[:, 1] = -self.gravity
+        if self.initial_stress == "k0":
+            assert isinstance(material, MohrCoulomb)
+            at_rest = 1.0 - math.sin(math.radians(material.friction_angle))
+            vertical = -material.density * self.gravity * (self.height - particles.X[:, 1])
+            tau = vertical[:, None] * np.array([at_rest, 1.0, at_rest])
+            particles.state[:] = material.history_of_stress(tau)
+            particles.sigma[:, 0, 0], particles.sigma[:, 1, 1] = tau[:, 0], tau[:, 1]
+
+    def fixed(self, x: np.ndarray) -> np.ndarray:
+        slack = 1e-9 * self.reference_length
+        base, wall = x[:, 1] < slack, x[:, 0] < slack
+        return np.stack([base | wall, base], axis=1)
+
+    def loads(self, material: Material) -> Loads:
+        def weight(X: np.ndarray, t: float, b: np.ndarray) -> None:
+            b[:, 0], b[:, 1] = 0.0, -self.gravity
+
+        return Loads(body_force=weight)
+
+    # quantities of interest
+
+    def observe(self, state: State) -> dict[str, Any]:
+        """Run-out [m] and the largest equivalent plastic strain."""
+        p = state.particles
+        out = {"run_out": float(p.x[:, 0].max()) - self.reference_length}
+        if p.state.shape[1] > PLASTIC_STRAIN:
+            out["largest_plastic_strain"] = float(p.state[:, PLASTIC_STRAIN].max())
+        return out
+
+    def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
+        history = {name: np.array(values) for name, values in solution.history.items()}
+        out: dict[str, tuple[Any, str, str]] = {
+            "run_out": (history["run_out"], "m", "advance of the foremost particle beyond the column's foot"),
+            "final_run_out": (history["run_out"][-1], "m", "run_out at the end"),
+        }
+        if "largest_plastic_strain" in history:
+            text = "largest equivalent plastic strain"
+            out["largest_plastic_strain"] = (history["largest_plastic_strain"], "1", text)
+        return out
