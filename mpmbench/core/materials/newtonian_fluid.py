@@ -1,0 +1,83 @@
+"""Compressible Newtonian fluid: ``sigma = p(J) I + 2 eta dev(d)`` (Li 2009, Eqs. 4.6-4.16).
+
+The pressure p is positive in tension, ``p(J) = K (J - 1/J) / 2``, from the free energy ``A(J) = K (J^2 - 2 ln J - 1) / 4``.
+The rate of deformation ``d = sym(L)`` is that of the last step, half a step before the pressure.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+import numpy as np
+
+from mpmbench.core.algebra import determinant
+from mpmbench.core.compiled import implements
+from mpmbench.core.errors import require
+from mpmbench.core.materials import cauchy_stress, energy_density
+from mpmbench.core.registry import register
+
+
+class NewtonianLaw(NamedTuple):
+    """Bulk modulus [Pa] and viscosity [Pa s]."""
+
+    bulk: float
+    viscosity: float
+
+
+@register("material", "newtonian_fluid")
+@dataclass(frozen=True)
+class NewtonianFluid:
+    """Settings of a compressible viscous fluid.
+
+    Parameters
+    ----------
+    bulk_modulus : float
+        Bulk modulus K of the undeformed fluid [Pa].
+    viscosity : float
+        Shear viscosity eta [Pa s]; Stokes' hypothesis, no bulk viscosity.
+    density : float
+        Initial density rho_0 [kg/m^3].
+    """
+
+    bulk_modulus: float = 1.0
+    viscosity: float = 0.0025
+    density: float = 1.0
+    history: ClassVar[int] = 0
+    rate_dependent: ClassVar[bool] = True
+    symmetric: ClassVar[bool] = True
+    conserves_energy: ClassVar[bool] = False
+    symmetric_tangent: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        require(self.bulk_modulus > 0.0, "bulk_modulus", self.bulk_modulus, "a positive number [Pa]")
+        require(self.viscosity >= 0.0, "viscosity", self.viscosity, "a number that is not negative [Pa s]")
+        require(self.density > 0.0, "density", self.density, "a positive number [kg/m^3]")
+
+    @property
+    def law(self) -> NewtonianLaw:
+        return NewtonianLaw(float(self.bulk_modulus), float(self.viscosity))
+
+    def lame_parameters(self) -> tuple[float, float]:
+        """Bulk modulus and no shear modulus [Pa]; viscosity bounds the time step by itself."""
+        return self.bulk_modulus, 0.0
+
+    def pressure(self, J: np.ndarray) -> np.ndarray:
+        """``p(J)`` [Pa], positive in tension (Eq. 4.16)."""
+        return 0.5 * self.bulk_modulus * (J - 1.0 / J)
+
+
+@implements(cauchy_stress, NewtonianLaw)
+def _stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
+    J = determinant(axes, F)
+    dilatation = 0.0
+    for i in range(len(axes)):
+        dilatation += L[i, i]
+    isotropic = 0.5 * law.bulk * (J - 1.0 / J) - 2.0 / 3.0 * law.viscosity * dilatation
+    for i in range(len(axes)):
+        for j in range(len(axes)):
+            sigma[i, j] = law.viscosity * (L[i, j] + L[j, i]) + (isotropic if i == j else 0.0)
+
+
+@implements(energy_density, NewtonianLaw)
+def _energy(law, axes, F, state):  # type: ignore[no-untyped-def]
+    J = determinant(axes, F)
+    return 0.25 * law.bulk * (J * J - 2.0 * np.log(J) - 1.0)
