@@ -216,7 +216,7 @@ def test_newton_needs_its_line_search() -> None:
 def test_limit_of_the_iteration() -> None:
     basis = LocalMaxEnt().build(jittered(2, 0.3), 0, False)
     basis.cloud = basis.cloud._replace(max_iterations=2)
-    with pytest.raises(NotConverged, match="no solution after 2 Newton steps"):
+    with pytest.raises(NotConverged, match="no solution after 3 Newton steps"):
         basis.evaluate(points(2))
 
 
@@ -343,3 +343,21 @@ def test_settings_out_of_range(settings: type, wrong: dict) -> None:
 def test_radius_smaller_than_the_spacing() -> None:
     with pytest.raises(BadSetting, match=r"nodal spacing of 0\.25 m"):
         LocalMaxEnt(radius=0.2).build(Box((0.0,), (1.0,), (4,)), 0, False)
+
+
+def test_counts_of_newton_steps() -> None:
+    """Li 2009, Table 2.1 (tolerances 1e-5 and 1e-10, one jittered cloud of 11 x 11 nodes, plain Newton) within 0.6."""
+    nodes = Box((0.0, 0.0), (10.0, 10.0), (10, 10)).nodes()
+    cloud = Cloud(nodes + np.random.default_rng(0).uniform(-0.3, 0.3, nodes.shape))
+    line = np.linspace(0.05, 9.95, 41)
+    x = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+    for gamma, published in ((0.8, (2.7, 3.6)), (1.8, (2.4, 3.5)), (2.8, (3.0, 4.0))):
+        for tolerance, expected in zip((1e-5, 1e-10), published, strict=True):
+            steps = {}
+            for search in (False, True):
+                basis = LocalMaxEnt(gamma, spacing=1.0, tolerance=tolerance, line_search=search).build(cloud, 0, False)
+                assert isinstance(basis, EntropyBasis)
+                steps[search] = basis.newton_steps(x)
+            converged = steps[False] >= 0
+            assert steps[False][converged].mean() == pytest.approx(expected, abs=0.6)
+            assert np.all(steps[True][converged] >= 0)  # the others are outside the hull of these nodes

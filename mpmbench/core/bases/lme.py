@@ -52,7 +52,7 @@ class LocalMaxEnt:
     radius: float | None = None
     relative_radius: float = 0.0
     rim: str = "smooth"
-    cutoff: float = 1e-8
+    cutoff: float = 1e-6
     tolerance: float = 1e-12
     search: str = "local"
     line_search: bool = True
@@ -67,7 +67,7 @@ class LocalMaxEnt:
         require(relative == 0.0 or 1.0 < relative <= 20.0, "relative_radius", relative, "a number from 1 to 20, or 0")
         require_option("rim", self.rim, ("smooth", "cut"))
         require(1e-15 <= self.cutoff <= 1e-6, "cutoff", self.cutoff, "a number from 1e-15 to 1e-6")
-        require(1e-13 <= self.tolerance <= 1e-6, "tolerance", self.tolerance, "a number from 1e-13 to 1e-6")
+        require(1e-13 <= self.tolerance <= 1e-4, "tolerance", self.tolerance, "a number from 1e-13 to 1e-4")
         require_option("search", self.search, ("local", "all"))
         require(isinstance(self.line_search, bool), "line_search", self.line_search, "true or false")
 
@@ -97,8 +97,8 @@ class LocalMaxEnt:
 def nodal_spacing(geometry: Geometry) -> float:
     """Typical distance h between neighbouring nodes [m].
 
-    On a box the largest cell size. On a cloud what its maker says, else the edge of N^(1/dim) - 1 cells along each axis of a cube with the
-    cloud's volume (of its simplices, else of its hull), which is the mean spacing on a line.
+    On a box the largest cell size. On a cloud what its maker says, else the edge of N^(1/dim) - 1 cells along each axis
+    of a cube with the cloud's volume (of its simplices, else of its hull), which is the mean spacing on a line.
     """
     if isinstance(geometry, Box):
         return float(geometry.spacing.max())

@@ -285,7 +285,8 @@ def newton(cloud, found, reach, last_move, work, step):  # type: ignore[no-untyp
         multiplier[d] = 0.0
     on_trial = False
     height = slope = spread = size = 0.0
-    counted = -1
+    fraction = 1.0
+    steps, counted = 0, -1
     for iteration in range(cloud.max_iterations + 1):
         shift = 0.0
         size = length(axes, multiplier) * reach
@@ -295,15 +296,19 @@ def newton(cloud, found, reach, last_move, work, step):  # type: ignore[no-untyp
             exponentials(axes, multiplier, work.dx, shift, work.e, block)
         Z = moments(axes, found, work, r, H)
         if on_trial:
-            on_trial = False
-            if not math.log(Z) + shift <= height - 1e-4 * slope:
-                fraction = math.log(1.0 + spread) / spread
+            now = math.log(Z) + shift
+            if not now <= height - 1e-4 * fraction * slope:
+                surely = math.log(1.0 + spread) / spread
+                parabola = 0.5 * fraction * fraction * slope / (now - height + fraction * slope)  # where it is lowest
+                fraction = max(surely, min(parabola, 0.5 * fraction) if parabola > 0.0 else 0.0)
+                on_trial = fraction > surely
                 for d in range(len(axes)):
                     multiplier[d] = origin[d] + fraction * taken[d]
                 continue
+            on_trial = False
         residual = length(axes, r)
         if residual <= smallest_residual and counted < 0:
-            counted = iteration
+            counted = steps
         determinant = inverse(axes, H, inverse_H)
         trace = 0.0
         for d in range(len(axes)):
@@ -314,15 +319,16 @@ def newton(cloud, found, reach, last_move, work, step):  # type: ignore[no-untyp
         move = length(axes, step) * reach
         if move <= last_move and determinant > 0.0:
             correct(axes, found, work, inverse_H, Z, r, step)
-            return DONE, (iteration + 1 if counted < 0 else counted), False
+            return DONE, (steps + 1 if counted < 0 else counted), False
         if residual <= smallest_residual and not trace * reach * reach < HULL_CONDITION:
             return DONE, counted, True
         if not (determinant > 0.0 and move < 1e300):
             if not cloud.line_search:
-                return STALLED, iteration, False
-            return (OUTSIDE if size > FAR else FLAT), iteration, False
+                return STALLED, steps, False
+            return (OUTSIDE if size > FAR else FLAT), steps, False
         if cloud.line_search and move > SAFE_MOVE:
             on_trial = True
+            fraction = 1.0
             height = math.log(Z) + shift
             low, high = np.inf, -np.inf
             slope = 0.0
@@ -335,9 +341,10 @@ def newton(cloud, found, reach, last_move, work, step):  # type: ignore[no-untyp
                     total += step[d] * work.dx[d, k]
                 low, high = min(low, total), max(high, total)
             spread = high - low
+        steps += 1
         for d in range(len(axes)):
             multiplier[d] += step[d]
-    return (OUTSIDE if size > FAR else STALLED), cloud.max_iterations, False
+    return (OUTSIDE if size > FAR else STALLED), steps, False
 
 
 @lean

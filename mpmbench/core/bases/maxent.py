@@ -48,7 +48,7 @@ class MaxEnt:
     def __post_init__(self) -> None:
         require_option("prior", self.prior, tuple(PRIORS))
         require(1.0 < self.d_max <= 10.0, "d_max", self.d_max, "a number greater than 1, at most 10")
-        require(1e-13 <= self.tolerance <= 1e-6, "tolerance", self.tolerance, "a number from 1e-13 to 1e-6")
+        require(1e-13 <= self.tolerance <= 1e-4, "tolerance", self.tolerance, "a number from 1e-13 to 1e-4")
         require_option("search", self.search, ("local", "all"))
         require(isinstance(self.line_search, bool), "line_search", self.line_search, "true or false")
 
