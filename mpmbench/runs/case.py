@@ -125,6 +125,7 @@ def build(case: Case) -> State:
         fixed=problem.fixed,
         velocity=lambda x: problem.velocity(x, material),
         loads=problem.loads(material),
+        displacement=problem.initial_displacement(material),
     )
     state = build_state(body, case.basis, material, case.choices)
     state.observe, state.samples = problem.observe, problem.samples
@@ -305,3 +306,7 @@ def _add_errors(case: Case, X: np.ndarray, solution: Solution, scalar: Callable[
             text = f"root mean square error of the {name}" + (" against the second reference" if suffix else "")
             scalar(f"error_{name}_rms{suffix}", error, UNITS[name], text)
             scalar(f"error_{name}_relative{suffix}", relative, "1", text + ", relative to the field")
+        if not suffix and "stress" in exact and X.shape[1] > 1:
+            error, relative = error_norms(computed["stress"][:, 0, 0], exact["stress"][:, 0, 0])
+            scalar("error_stress_11_rms", error, "Pa", "root mean square error of the normal stress along x_1")
+            scalar("error_stress_11_relative", relative, "1", "the same, relative to the field")

@@ -7,9 +7,10 @@ import pytest
 
 from mpmbench.core.bases.bspline import BSpline
 from mpmbench.core.bases.entropy_basis import EntropyBasis
+from mpmbench.core.bases.entropy_nodes import make_work
+from mpmbench.core.bases.entropy_points import evaluate_range
 from mpmbench.core.bases.lean import LANES, exponentiate, lean
 from mpmbench.core.bases.lme import LocalMaxEnt, nodal_spacing
-from mpmbench.core.bases.max_entropy import evaluate_range, make_work
 from mpmbench.core.bases.maxent import MaxEnt
 from mpmbench.core.bases.search import make_buckets, nearest_distances
 from mpmbench.core.errors import BadSetting, BrokeDown, NotConverged
