@@ -38,6 +38,9 @@ class Body:
     velocity : callable
         ``velocity(x)`` is the initial velocity field [m/s], shape (n, dim).
     loads : Loads
+    displacement : callable or None
+        ``displacement(x_i)`` moves the nodes of a body that is deformed from the start [m], shape (N, dim); `fixed`,
+        `velocity` and `loads` are asked about the places before that.
     """
 
     geometry: Geometry
@@ -45,6 +48,7 @@ class Body:
     fixed: Callable[[np.ndarray], np.ndarray]
     velocity: Callable[[np.ndarray], np.ndarray]
     loads: Loads = field(default_factory=Loads)
+    displacement: Callable[[np.ndarray], np.ndarray] | None = None
 
 
 @dataclass
@@ -76,15 +80,22 @@ class Solution:
 def build_state(body: Body, basis: BasisSettings, material: Material, choices: Choices) -> State:
     """Allocate everything a run needs."""
     p = body.particles
-    functions: Basis = basis.build(body.geometry, len(p.x), choices.moving and not choices.frozen)
+    deformed = body.displacement is not None and (choices.moving or choices.frozen)
+    functions: Basis = basis.build(body.geometry, len(p.x), (choices.moving and not choices.frozen) or deformed)
+    reference = functions.nodes.copy()
+    if hasattr(functions, "follow"):
+        functions.follow(p)
+    if deformed and body.displacement is not None:
+        functions.move(body.displacement(reference))
     if choices.frozen:
         functions = FrozenBasis(functions, p.x, p.F)
-    fixed = body.fixed(functions.nodes)
+    fixed = body.fixed(reference)
     mass = make_mass(choices, fixed, functions, p)
     state = State(p, Nodes.zeros(*functions.nodes.shape), functions, mass, material, choices, fixed, body.loads)
     if body.loads.traction is not None:
         state.traction_particle = loaded_points(p, len(body.loads.traction(0.0)), choices.traction)
-    state.nodes.v[:] = body.velocity(functions.nodes)
+    state.initial_nodes = reference
+    state.nodes.v[:] = body.velocity(reference)
     if choices.transfer == "nodal":  # the velocity lives on the nodes; that of the particles is only read off
         functions.locate(p.x)
         weights = 0.0, 0.0, True, False, False, 0, len(p.x)
@@ -138,6 +149,7 @@ def simulate(
             if adaptive is not None:
                 dt = min(adaptive(state), end_time - state.time)
                 solution.time_step = dt
+            state.time_step = dt
             start = perf_counter()
             step(state, dt)
             solution.steps += 1

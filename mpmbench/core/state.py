@@ -72,6 +72,10 @@ class State:
         Positions and stresses live at `time` [s], velocities half a step earlier.
     external_work : float
         Work of body force, traction and prescribed motion so far [J].
+    time_step : float
+        Size of the last step [s].
+    initial_nodes : ndarray
+        Places of the nodes [m], shape (N, dim), in the reference configuration.
     traction_particle : ndarray of int
         Particle or tracer on which each point load acts.
     workspace : object
@@ -94,6 +98,7 @@ class State:
     loads: Loads = field(default_factory=Loads)
     time: float = 0.0
     external_work: float = 0.0
+    time_step: float = 0.0
     traction_particle: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     initial_nodes: np.ndarray = field(default_factory=lambda: np.zeros((0, 1)))
     law: Any = None

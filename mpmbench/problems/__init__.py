@@ -28,10 +28,13 @@ class Problem:
     dimension : int
     reference_length : float
         Length [m] that `resolution` divides into cells.
+    samples : int
+        Number of instants at which history is kept.
     """
 
     dimension: ClassVar[int]
     reference_length: ClassVar[float]
+    samples: ClassVar[int] = 200
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         """Raise `NotApplicable` when this combination cannot be run, `BadSetting` when a key is out of range."""
@@ -62,6 +65,13 @@ class Problem:
 
     def prepare(self, particles: Particles, material: Material) -> None:
         """Change the initial state of the particles (deformation, stress, history) where it is not at rest."""
+
+    def initial_displacement(self, material: Material) -> Callable[[np.ndarray], np.ndarray] | None:
+        """Displacement [m] as a function of X of a body that is deformed from the start; `prepare` does the particles.
+
+        `nodes`, `fixed`, `velocity` and the prescribed motion then speak of the reference configuration.
+        """
+        return None
 
     def adaptive_step(self, state: State) -> Callable[[State], float] | None:
         """A time step [s] as a function of the state, for problems whose stable step changes."""

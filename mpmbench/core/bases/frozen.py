@@ -32,7 +32,7 @@ class FrozenBasis:
     X : ndarray
         Initial particle positions [m], shape (P, dim).
     F : ndarray
-        Deformation gradients, shape (P, dim, dim); read at every `locate`.
+        Deformation gradients, shape (P, dim, dim), that belong to X now; read at every `locate`.
     """
 
     constant_values = True  # and with them the consistent mass matrix: it is assembled once
@@ -41,7 +41,8 @@ class FrozenBasis:
         self.nodes = basis.nodes
         self.evaluate = basis.evaluate
         self.handle = basis.evaluate(X)
-        self._reference = self.handle.grad_phi.copy()
+        # a body may be deformed from the start: Grad phi = F^T grad phi
+        self._reference = np.einsum("pde,pkd->pke", F, self.handle.grad_phi)
         self._F = F
 
     def locate(self, x: np.ndarray) -> None:
