@@ -5,20 +5,11 @@ from collections.abc import Callable
 import numpy as np
 
 from mpmbench.core.bases import Promises
+from mpmbench.core.bases.entropy_nodes import NodeCloud, make_work
+from mpmbench.core.bases.entropy_points import count_steps, evaluate_range, widest
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.bases.hull import Hull
-from mpmbench.core.bases.max_entropy import (
-    DONE,
-    FLAT,
-    OUTSIDE,
-    STALLED,
-    TOO_NARROW,
-    NodeCloud,
-    count_steps,
-    evaluate_range,
-    make_work,
-    widest,
-)
+from mpmbench.core.bases.max_entropy import DONE, FLAT, OUTSIDE, STALLED, TOO_NARROW
 from mpmbench.core.bases.search import fill_buckets, make_buckets
 from mpmbench.core.errors import BadSetting, BrokeDown, NotConverged
 
@@ -37,7 +28,7 @@ class EntropyBasis:
     supports : callable
         Radii of the supports [m], shape (N,), of nodes at given positions; called again after each move.
     prior : int
-        CUBIC_SPLINE, QUARTIC_SPLINE or GAUSSIAN of `max_entropy`.
+        CUBIC_SPLINE, QUARTIC_SPLINE or GAUSSIAN of `entropy_nodes`.
     rim_exponent : float
         The Gaussian has fallen to exp(-rim_exponent) at the rim of its support.
     spacing : float

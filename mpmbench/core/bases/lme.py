@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 from mpmbench.core.bases import Promises
 from mpmbench.core.bases.cloud import CloudBasis
 from mpmbench.core.bases.entropy_basis import PROMISES, EntropyBasis
-from mpmbench.core.bases.max_entropy import GAUSSIAN
+from mpmbench.core.bases.entropy_nodes import GAUSSIAN
 from mpmbench.core.bases.truncated_entropy import truncated_basis
 from mpmbench.core.errors import BadSetting, require, require_option
 from mpmbench.core.geometry import Box, Geometry
