@@ -24,7 +24,8 @@ def resolve(composed: DictConfig, hydra: Any) -> tuple[dict[str, Any], str]:
         As `check_types`.
     """
     experiment = hydra.runtime.choices.get("experiments")
-    given = [str(text).partition("=")[0] for text in OmegaConf.to_container(hydra.overrides.task, resolve=False)]
+    overrides: Any = OmegaConf.to_container(hydra.overrides.task, resolve=False)
+    given = [text.partition("=")[0] for text in overrides]
     body = read_yaml(experiments()[experiment]) if experiment in experiments() else {}
     try:
         plain = OmegaConf.to_container(composed, resolve=True)
