@@ -20,6 +20,7 @@ from mpmbench.runs.schema import GROUPS, BadInput, experiments, options, shipped
 VERBS = {
     "list": ("mpmbench.runs.listing:main", "[NAME]", "what there is, or what applies to one problem"),
     "status": ("mpmbench.runs.status:main", "[RESULTS | KEY=VALUE]", "what is finished, stale, failed or missing"),
+    "reproduce": ("mpmbench.runs.reproduce:main", "PAPER", "run what is missing of a paper, then write its report"),
     "report": ("mpmbench.runs.reporting:main", "RESULTS", "write the report of a folder of results"),
     "warmup": ("mpmbench.runs.warmup:main", "[KEY=VALUE...]", "compile the kernels that a sweep needs beforehand"),
 }

@@ -78,6 +78,7 @@ def experiments() -> dict[str, Path]:
         file.relative_to(folder).with_suffix("").as_posix(): file
         for folder in folders
         for file in folder.rglob("*.yaml")
+        if "plugins" not in file.relative_to(folder).parts  # options that an experiment brings along
     }
     return dict(sorted(found.items()))
 

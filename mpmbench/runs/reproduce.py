@@ -1,0 +1,198 @@
+"""The command ``reproduce``: all experiments of a paper, what is missing of them, and then its report.
+
+Experiments that ask for exclusive timing run alone, the others two at a time, each as a program of its own. An
+experiment that is complete is known by a stamp in its folder, so that a second call composes nothing.
+"""
+
+import hashlib
+import json
+import os
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from mpmbench.runs.display import shorten
+from mpmbench.runs.schema import PACKAGE, BadInput, did_you_mean, experiments, read_yaml, shipped_folder
+
+STAMP = ".complete.json"
+AT_A_TIME = 2
+# A numerical failure is what some experiments are made to show: it is a result. These are not.
+NOT_RESULTS = ("crashed", "interrupted", "timeout", "out_of_memory")
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One experiment: its name with the folder, its file, and where its results go."""
+
+    name: str
+    file: Path
+    results: Path
+
+    @property
+    def short(self) -> str:
+        """Its name without the folder."""
+        return self.name.rpartition("/")[2]
+
+    @property
+    def alone(self) -> bool:
+        """Whether it needs the machine for itself."""
+        return bool(read_yaml(self.file).get("timing") == "exclusive")
+
+    @property
+    def plugins(self) -> Path | None:
+        """The paper's own folder of plug-ins, when the experiment names one of them."""
+        folder = self.file.parent / "plugins"
+        brought = {option.stem for option in folder.glob("conf/*/*.yaml")}
+        return folder if brought & set(re.findall(r"\w+", self.file.read_text(encoding="utf-8"))) else None
+
+
+def main(arguments: list[str]) -> int:
+    """``reproduce PAPER`` or ``reproduce EXPERIMENT``, with further KEY=VALUE for all runs.
+
+    The exit code is 0 when every run has come to a result, be it that the method broke down; 1 otherwise.
+    """
+    given = [word for word in arguments if "=" not in word]
+    pairs = [word for word in arguments if "=" in word]
+    if len(given) != 1:
+        raise BadInput(f"reproduce: the name of a paper or an experiment is needed: {', '.join(papers())}")
+    keys = [pair.partition("=")[0] for pair in pairs]
+    for key in ("experiments", "campaign"):
+        if key in keys:
+            raise BadInput(f"reproduce: {key} is chosen by the name; leave it out")
+    name = given[0].strip("/")
+    output = Path(next((pair.partition("=")[2] for pair in pairs if pair.startswith("output_dir=")), "results"))
+    chosen = choose(name, output)
+    folder = output / name
+    started = time.perf_counter()
+    todo = [one for one in chosen if not is_complete(one, pairs)]
+    print(f"{name}: {len(chosen)} experiments, {len(chosen) - len(todo)} complete", flush=True)
+    run_all(todo, pairs)
+    bad = [line for one in todo for line in without_result(one)]
+    for line in bad:
+        print(line)
+    print(f"runs: {time.perf_counter() - started:.1f} s", flush=True)
+    reported = report(name, folder, chosen)
+    return 0 if reported and not bad else 1
+
+
+def papers() -> list[str]:
+    """Folders of experiments, and experiments in none."""
+    return sorted({name.partition("/")[0] for name in experiments()})
+
+
+def choose(name: str, output: Path) -> list[Experiment]:
+    """The experiment of that name, or all in the folder of that name; those that run alone first.
+
+    Raises
+    ------
+    BadInput
+        When there is none.
+    """
+    found = [
+        Experiment(one, file, output / (read_yaml(file).get("campaign") or one))
+        for one, file in experiments().items()
+        if one == name or one.startswith(f"{name}/")
+    ]
+    if not found:
+        known = [*papers(), *experiments()]
+        raise BadInput(f"reproduce {name}: there is no such paper or experiment{did_you_mean(name, known)}")
+    return sorted(found, key=lambda one: (not one.alone, one.name))
+
+
+def is_complete(experiment: Experiment, pairs: list[str]) -> bool:
+    """Whether its stamp fits the code, the configuration and the result files that are there now."""
+    try:
+        stamp = json.loads((experiment.results / STAMP).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    asks_again = any(pair.startswith("rerun=") and pair != "rerun=missing" for pair in pairs)
+    return not asks_again and bool(stamp == fingerprint(experiment, pairs))
+
+
+def fingerprint(experiment: Experiment, pairs: list[str]) -> dict[str, object]:
+    """What the results of an experiment depend on, and the files themselves by size and time."""
+    sources = [file for room in ("core", "problems", "analysis", "runs") for file in (PACKAGE / room).rglob("*.py")]
+    plugins = experiment.plugins
+    more = [file for file in plugins.rglob("*") if file.suffix in (".py", ".yaml")] if plugins else []
+    digest = hashlib.sha256(json.dumps(sorted(pairs)).encode())
+    for file in [experiment.file, *sorted(shipped_folder("conf").rglob("*.yaml")), *sorted(sources), *sorted(more)]:
+        digest.update(str(file).encode() + b"\0" + file.read_bytes() + b"\0")
+    files = {file.name: file.stat() for file in sorted(experiment.results.glob("*.nc"))}
+    return {
+        "inputs": digest.hexdigest(),
+        "files": {name: [stat.st_size, stat.st_mtime_ns] for name, stat in files.items()},
+    }
+
+
+def run_all(todo: list[Experiment], pairs: list[str]) -> None:
+    """Run experiments: those that time first and alone, then the others side by side."""
+    for experiment in todo:
+        if experiment.alone:
+            run(experiment, pairs)
+    together = [experiment for experiment in todo if not experiment.alone]
+    with ThreadPoolExecutor(min(AT_A_TIME, os.cpu_count() or 1)) as pool:
+        for _ in pool.map(lambda experiment: run(experiment, pairs), together):
+            pass
+
+
+def run(experiment: Experiment, pairs: list[str]) -> None:
+    """One experiment, as a user would start it; its lines come with its name in front."""
+    environment = dict(os.environ)
+    if experiment.plugins:
+        known = [part for part in environment.get("MPMBENCH_PLUGINS", "").split(os.pathsep) if part]
+        environment["MPMBENCH_PLUGINS"] = os.pathsep.join([*known, str(experiment.plugins)])
+    name, results = f"experiments={experiment.name}", []
+    # Each of them leaves its report to the paper's, and a failure is listed once, at the end.
+    command = [sys.executable, "-m", "mpmbench", name, *pairs, "report=false"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
+    assert process.stdout is not None
+    for line in process.stdout:
+        if line.startswith("[") or line.startswith("mpmbench:") or " to run" in line:
+            print(f"{experiment.short:<14}{line}", end="", flush=True)
+        results.append(line)
+    code = process.wait()
+    if code == 2:
+        raise BadInput(f"reproduce {experiment.name}: {results[-1].strip() if results else 'bad input'}")
+    if code in (0, 1) and not list(without_result(experiment)):
+        stamp = json.dumps(fingerprint(experiment, pairs), indent=0)
+        (experiment.results / STAMP).write_text(stamp + "\n", encoding="utf-8")
+
+
+def without_result(experiment: Experiment) -> Iterable[str]:
+    """A line for every run that ended by accident rather than by its method."""
+    from mpmbench.runs.result import read_attributes
+
+    files = sorted(experiment.results.glob("*.nc"))
+    if not files:
+        yield f"{experiment.name}: no results"
+    for file in files:
+        attributes = read_attributes(file)
+        status, reason = (attributes["status"], attributes["reason"]) if attributes else ("unreadable", "")
+        if attributes is None or status in NOT_RESULTS:
+            yield f"{experiment.name}: {file.stem}: {status}: {reason}"
+
+
+def report(name: str, folder: Path, chosen: list[Experiment]) -> bool:
+    """The paper's own report; that of each campaign where there is none."""
+    from mpmbench.runs import reporting
+
+    place = PACKAGE / "report" / "papers" / name
+    if not (place.is_dir() or place.with_suffix(".py").exists()):
+        built = [reporting.build(one.results, only_when_older=True) for one in chosen]
+        return all(built)
+    from mpmbench.report import papers as reports
+
+    page = Path("reports") / name / "index.html"
+    sources = [file for room in ("report", "analysis") for file in (PACKAGE / room).rglob("*") if file.is_file()]
+    sources = [file for file in sources if "__pycache__" not in file.parts]
+    if page.exists() and all(page.stat().st_mtime > file.stat().st_mtime for file in [*folder.rglob("*.nc"), *sources]):
+        print(f"report: {shorten(str(page))}")
+        return True
+    page = reports.build(name, folder.parent)
+    print(f"report: {shorten(str(page))}")
+    return True
