@@ -50,7 +50,10 @@ class BarDynamicTraction(Problem):
     def __post_init__(self) -> None:
         A, cells = self.traction_amplitude, self.domain_cells
         require(bool(np.isfinite(A)), "traction_amplitude", A, "a finite number [Pa]")
-        require(cells is None or cells >= 2, "domain_cells", cells, "null or a whole number >= 2")
+        whole = cells is None or (cells >= 2 and cells == int(cells))
+        require(whole, "domain_cells", cells, "null or a whole number >= 2")
+        if cells is not None:  # a number from a file may come as 80.0
+            object.__setattr__(self, "domain_cells", int(cells))
         require_option("particle_layout", self.particle_layout, LAYOUTS)
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
