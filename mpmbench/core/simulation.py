@@ -94,7 +94,7 @@ def build_state(body: Body, basis: BasisSettings, material: Material, choices: C
     state = State(p, Nodes.zeros(*functions.nodes.shape), functions, mass, material, choices, fixed, body.loads)
     if body.loads.traction is not None:
         state.traction_particle = loaded_points(p, len(body.loads.traction(0.0)), choices.traction)
-    state.initial_nodes = reference
+    state.initial_nodes, state.geometry = reference, body.geometry
     state.nodes.v[:] = body.velocity(reference)
     if choices.transfer == "nodal":  # the velocity lives on the nodes; that of the particles is only read off
         functions.locate(p.x)
@@ -150,6 +150,8 @@ def simulate(
                 dt = min(adaptive(state), end_time - state.time)
                 solution.time_step = dt
             state.time_step = dt
+            if solution.steps == 0 and state.start is not None:
+                state.start(state, dt)
             start = perf_counter()
             step(state, dt)
             solution.steps += 1

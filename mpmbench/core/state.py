@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from mpmbench.core.bases import Basis
+from mpmbench.core.geometry import Geometry
 from mpmbench.core.mass import Mass
 from mpmbench.core.materials import Material
 from mpmbench.core.methods import Choices
@@ -76,6 +77,8 @@ class State:
         Size of the last step [s].
     initial_nodes : ndarray
         Places of the nodes [m], shape (N, dim), in the reference configuration.
+    geometry : Geometry or None
+        Where the basis was built.
     traction_particle : ndarray of int
         Particle or tracer on which each point load acts.
     workspace : object
@@ -84,6 +87,8 @@ class State:
         What a time loop has to say about its steps, by name: one number or array per step.
     observe : callable or None
         ``observe(state)`` gives further time series of the problem, by name; called when history is sampled.
+    start : callable or None
+        ``start(state, dt)`` changes velocities, which live half a step before positions, when the first step is known.
     samples : int
         History is kept at about this many instants.
     """
@@ -101,11 +106,13 @@ class State:
     time_step: float = 0.0
     traction_particle: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     initial_nodes: np.ndarray = field(default_factory=lambda: np.zeros((0, 1)))
+    geometry: Geometry | None = None
     law: Any = None
     axes: tuple[float, ...] = ()
     workspace: Any = None
     records: dict[str, list[Any]] = field(default_factory=dict)
     observe: Callable[["State"], dict[str, Any]] | None = None
+    start: Callable[["State", float], None] | None = None
     samples: int = 200
 
     def record(self, name: str, value: Any) -> None:

@@ -73,6 +73,9 @@ class Problem:
         """
         return None
 
+    def start(self, state: State, dt: float) -> None:
+        """Change velocities, which live half a step before positions, when the first step is known."""
+
     def adaptive_step(self, state: State) -> Callable[[State], float] | None:
         """A time step [s] as a function of the state, for problems whose stable step changes."""
         return None

@@ -129,6 +129,7 @@ def build(case: Case) -> State:
     )
     state = build_state(body, case.basis, material, case.choices)
     state.observe, state.samples = problem.observe, problem.samples
+    state.start = problem.start
     return state
 
 
