@@ -36,6 +36,7 @@ def compose(problem: str, method: str, basis: str, **changes: Any) -> dict[str, 
     settings = {**defaults["problem"]}
     material_defaults = settings.pop("material_defaults", {})
     method_defaults = settings.pop("method_defaults", {}).get(method, {})
+    basis_defaults = settings.pop("basis_defaults", {}).get(basis, {})
     material = changes.pop("material", None) or next(
         entry["override /material"] for entry in defaults["defaults"] if "override /material" in entry
     )
@@ -44,7 +45,7 @@ def compose(problem: str, method: str, basis: str, **changes: Any) -> dict[str, 
         **{k: v for k, v in defaults.items() if k not in ("defaults", "problem")},
         "problem": settings,
         "method": {**section("method", method), **method_defaults},
-        "basis": section("basis", basis),
+        "basis": {**section("basis", basis), **basis_defaults},
         "material": section("material", material),
     }
     config["material"].update({k: v for k, v in material_defaults.items() if k in config["material"]})

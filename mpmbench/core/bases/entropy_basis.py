@@ -3,17 +3,23 @@
 from collections.abc import Callable
 
 import numpy as np
+from scipy.spatial import cKDTree
 
+from mpmbench.core import threads
 from mpmbench.core.bases import Promises
 from mpmbench.core.bases.entropy_nodes import NodeCloud, make_work
 from mpmbench.core.bases.entropy_points import count_steps, evaluate_range, widest
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.bases.hull import Hull
 from mpmbench.core.bases.max_entropy import DONE, FLAT, OUTSIDE, STALLED, TOO_NARROW
+from mpmbench.core.bases.metric import Metric, clip, convect
 from mpmbench.core.bases.search import fill_buckets, make_buckets
 from mpmbench.core.errors import BadSetting, BrokeDown, NotConverged
+from mpmbench.core.particles import Particles
 
 PROMISES = Promises(kronecker="hull", gradient_on_hull=False)
+LARGEST_GROWTH = 2.0  # of a search radius whose nodes do not surround their point
+GROWTH = 1.15
 
 
 class EntropyBasis:
@@ -62,43 +68,78 @@ class EntropyBasis:
         local: bool = True,
         line_search: bool = True,
         max_iterations: int = 100,
+        locality: str = "fixed",
+        stretch_limit: float = np.inf,
     ) -> None:
         self.nodes = np.array(nodes, dtype=float)
         if len(self.nodes) < self.nodes.shape[1] + 1:
             raise BadSetting("nodes", len(self.nodes), f"at least {self.nodes.shape[1] + 1} nodes")
         self._supports = supports
         support = supports(self.nodes)
+        dimension = self.nodes.shape[1]
+        self.locality, self.stretch_limit = locality, stretch_limit
         self.cloud = NodeCloud(
-            axes=(0.0,) * self.nodes.shape[1],
+            axes=(0.0,) * dimension,
             nodes=self.nodes,
             square=support**2,
             inverse_square=support**-2,
-            buckets=make_buckets(self.nodes, support, local),
+            buckets=make_buckets(self.nodes, support * (locality == "fixed"), local),
             prior=prior,
             rim_exponent=rim_exponent,
             spacing=spacing,
             tolerance=tolerance,
             line_search=line_search,
             max_iterations=max_iterations,
+            metric=Metric.identity(particles if locality != "fixed" else 0, dimension),
         )
-        self.handle = Stencils.empty(particles, 1, self.nodes.shape[1])
+        self.handle = Stencils.empty(particles, 1, dimension)
         self.iterations = np.zeros(particles, dtype=np.int64)
+        self.totals = {"points": 0, "steps": 0, "most_steps": 0, "enlarged": 0}
         self._hull: Hull | None = None
+        self._particles: Particles | None = None
+
+    def follow(self, particles: Particles) -> None:
+        """Take the metric from the deformation gradients of these particles from now on."""
+        self._particles = particles
 
     def evaluate(self, x: np.ndarray) -> Stencils:
-        """Values and gradients at any points `x` [m], shape (n, dim), in arrays of their own."""
+        """Values and gradients at any points `x` [m], shape (n, dim), in arrays of their own.
+
+        Where locality follows the deformation, that of the nearest particle.
+        """
         stored = Stencils.empty(len(x), 1, self.nodes.shape[1])
-        return self._fill(x, stored, np.zeros(len(x), dtype=np.int64))
+        return self._fill(self._cloud_at(x), x, stored, np.zeros(len(x), dtype=np.int64))
 
     def locate(self, x: np.ndarray) -> None:
         """Store the functions of the particles in `handle`, which is a wider one when they no longer fit."""
-        self.handle = self._fill(x, self.handle, self.iterations)
+        if self.locality != "fixed" and self._particles is not None:
+            self._measure(self._particles.F, self.cloud.metric)
+        self.handle = self._fill(self.cloud, x, self.handle, self.iterations)
+        self.totals["points"] += len(x)
+        self.totals["steps"] += int(self.iterations.sum())
+        self.totals["most_steps"] = max(self.totals["most_steps"], int(self.iterations.max(initial=0)))
+        self.totals["enlarged"] += int(np.count_nonzero(self.cloud.metric.growth > 1.0))
 
     def newton_steps(self, x: np.ndarray) -> np.ndarray:
         """Number of Newton steps at each point until the residual meets the tolerance; -1 where they fail."""
         steps = np.zeros(len(x), dtype=np.int64)
-        count_steps(self.cloud, make_work(self.cloud), x, steps)
+        cloud = self._cloud_at(x)
+        count_steps(cloud, make_work(cloud), x, steps)
         return steps
+
+    def statistics(self) -> dict[str, tuple[float, str, str]]:
+        """What the search and the iteration did in a run: name -> (value, unit, long name)."""
+        points = max(self.totals["points"], 1)
+        return {
+            "newton_steps_mean": (
+                self.totals["steps"] / points,
+                "1",
+                "Newton steps per point for the multipliers, mean",
+            ),
+            "newton_steps_max": (self.totals["most_steps"], "1", "most Newton steps at one point"),
+            "enlarged_points": (self.totals["enlarged"], "1", "times that a point's search radius had to grow"),
+            "neighbours_mean": (float(self.handle.size.mean()), "1", "functions per particle in the last step, mean"),
+        }
 
     def first_outside(self, x: np.ndarray) -> int:
         """Number of the first point outside the convex hull of the nodes, -1 when all are inside."""
@@ -114,20 +155,52 @@ class EntropyBasis:
         support = self._supports(self.nodes)
         self.cloud.square[:] = support**2
         self.cloud.inverse_square[:] = support**-2
-        self.cloud = self.cloud._replace(buckets=fill_buckets(self.cloud.buckets, self.nodes, support))
+        reach = support * (self.locality == "fixed")
+        self.cloud = self.cloud._replace(buckets=fill_buckets(self.cloud.buckets, self.nodes, reach))
         self._hull = None
 
-    def _fill(self, x: np.ndarray, stored: Stencils, iterations: np.ndarray) -> Stencils:
+    def _measure(self, F: np.ndarray, metric: Metric) -> None:
+        """Fill the metric of points with deformation gradients F."""
+        if not np.isfinite(F).all():
+            raise BrokeDown(f"the deformation of point {int(np.argmin(np.isfinite(F).all(axis=(1, 2))))} is not finite")
+        convect(self.cloud.axes, F, self.locality == "volume", metric)
+        if self.locality == "convected":
+            clip(F, self.stretch_limit, metric)
+
+    def _cloud_at(self, x: np.ndarray) -> NodeCloud:
+        """The nodes with a metric for points anywhere."""
+        if self.locality == "fixed":
+            return self.cloud
+        metric = Metric.identity(len(x), self.nodes.shape[1])
+        if self._particles is not None:
+            solid = self._particles.material
+            _, nearest = cKDTree(self._particles.x[solid]).query(x)
+            self._measure(self._particles.F[solid][nearest], metric)
+        return self.cloud._replace(metric=metric)
+
+    def _fill(self, cloud: NodeCloud, x: np.ndarray, stored: Stencils, iterations: np.ndarray) -> Stencils:
         arrays = stored.size, stored.index, stored.phi, stored.grad_phi
-        work = make_work(self.cloud)
-        status, p, found = evaluate_range(self.cloud, work, x, 0, len(x), *arrays, iterations)
-        if status == TOO_NARROW:
+        ends = [(DONE, -1, 0)] * len(threads.chunks(len(x)))
+
+        def part(c: int, start: int, stop: int) -> None:
+            work = make_work(cloud)
+            ends[c] = evaluate_range(cloud, work, x, start, stop, *arrays, iterations)
+            while ends[c][0] in (OUTSIDE, FLAT) and ends[c][1] < len(cloud.metric.growth):
+                p = ends[c][1]
+                cloud.metric.growth[p] *= GROWTH
+                if cloud.metric.growth[p] > LARGEST_GROWTH:
+                    return
+                ends[c] = evaluate_range(cloud, work, x, p, stop, *arrays, iterations)
+
+        threads.run(part, len(x))
+        failed = [end for end in ends if end[0] != DONE]
+        if any(end[0] == TOO_NARROW for end in failed):
             # a little room to spare, because nodes that move change their neighbours
-            width = int(1.2 * max(found, widest(self.cloud, work, x))) + 1
-            wider = Stencils.empty(len(x), width, self.nodes.shape[1])
-            return self._fill(x, wider, iterations)
-        if status == DONE:
+            width = int(1.2 * max(*(end[2] for end in failed), widest(cloud, make_work(cloud), x))) + 1
+            return self._fill(cloud, x, Stencils.empty(len(x), width, self.nodes.shape[1]), iterations)
+        if not failed:
             return stored
+        status, p, found = failed[0]
         where = f"point {p} at {np.array2string(x[p], precision=6)}"
         if status == OUTSIDE:
             raise BrokeDown(f"lost basis: {where} is outside the hull of the {found} nodes whose supports cover it")

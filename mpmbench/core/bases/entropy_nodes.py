@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mpmbench.core.bases.lean import LANES, exponentiate, lean
+from mpmbench.core.bases.metric import Metric, gather_near
 from mpmbench.core.bases.search import Buckets, cell_of
 from mpmbench.core.compiled import kernel
 
@@ -49,6 +50,7 @@ class NodeCloud(NamedTuple):
     tolerance: float
     line_search: bool
     max_iterations: int
+    metric: Metric
 
 
 class Work(NamedTuple):
@@ -77,8 +79,8 @@ class Work(NamedTuple):
 
 @kernel
 def make_work(cloud):  # type: ignore[no-untyped-def]
-    """Room for the longest list of candidates."""
-    width = 1
+    """Room for the longest list of candidates; for all nodes where a search visits many cells."""
+    width = cloud.nodes.shape[0] if cloud.metric.growth.shape[0] > 0 else 1
     first = cloud.buckets.first
     for c in range(first.shape[0] - 1):
         width = max(width, first[c + 1] - first[c])
@@ -98,8 +100,14 @@ def make_work(cloud):  # type: ignore[no-untyped-def]
 
 
 @lean
-def gather(cloud, x, p, work):  # type: ignore[no-untyped-def]
-    """Number of nodes whose supports cover point `p`, and the largest of these supports."""
+def gather(cloud, x, p, row, work):  # type: ignore[no-untyped-def]
+    """Number of nodes whose supports cover point `p` of `x`, and the largest of these supports.
+
+    With a metric, that of its entry `row`, and ``xi_i = S^-1 (x_i - x)`` takes the place of ``x_i - x``.
+    """
+    if cloud.metric.growth.shape[0] > 0:
+        radius = math.sqrt(cloud.square[0]) * cloud.metric.growth[row]
+        return gather_near(cloud, x, p, row, radius, work), radius
     cell = cell_of(cloud.buckets, len(cloud.axes), x, p)
     first = cloud.buckets.first[cell]
     candidates = cloud.buckets.first[cell + 1] - first
@@ -131,7 +139,7 @@ def gather(cloud, x, p, work):  # type: ignore[no-untyped-def]
 
 
 @lean
-def weigh(cloud, found, work):  # type: ignore[no-untyped-def]
+def weigh(cloud, found, row, work):  # type: ignore[no-untyped-def]
     """Priors w_i and their slopes g_i at distance r = |dx_i| / d_i (Wobbes 2020, Eqs. 87-90)."""
     w, g, rr, inverse_square = work.w, work.g, work.rr, work.inverse_square
     padded = (found + LANES - 1) // LANES * LANES
@@ -149,6 +157,8 @@ def weigh(cloud, found, work):  # type: ignore[no-untyped-def]
             g[k] = -12.0 * inverse_square[k] * (1.0 - r) * (1.0 - r)
     else:  # a Gaussian less its tangent at the rim in r^2, so that value and slope vanish there
         a = cloud.rim_exponent
+        if cloud.metric.growth.shape[0] > 0:
+            a *= cloud.metric.growth[row] ** 2
         rim = math.exp(-a)
         for k in range(padded):
             w[k] = -a * rr[k]

@@ -13,6 +13,7 @@ from mpmbench.core.bases.max_entropy import (
     finish,
     newton,
 )
+from mpmbench.core.bases.metric import push
 
 INWARDS = 2.0**-23  # how far, relative to the support, the gradient of a point on the hull is taken inside it
 
@@ -20,19 +21,21 @@ INWARDS = 2.0**-23  # how far, relative to the support, the gradient of a point 
 @lean
 def evaluate_inside(cloud, x, p, work, row, index, phi, grad_phi):  # type: ignore[no-untyped-def]
     """Functions at point `p` of `x`, written to row `row`; returns status, number of functions or of steps, on_hull."""
-    found, reach = gather(cloud, x, p, work)
+    found, reach = gather(cloud, x, p, row, work)
     if found == 0:
         return OUTSIDE, 0, 0, False
     if found > index.shape[1]:
         return TOO_NARROW, found, 0, False
     step = vector(cloud.axes)
-    weigh(cloud, found, work)
+    weigh(cloud, found, row, work)
     status, iterations, on_hull = newton(cloud, found, reach, LAST_MOVE, work, step)
     if status != DONE or on_hull:
         return status, found, iterations, on_hull
     residual = finish(cloud.axes, found, work, step, row, index, phi, grad_phi)
     if not residual <= cloud.tolerance * cloud.spacing * reach:
         return STALLED, found, iterations, False
+    if cloud.metric.growth.shape[0] > 0:
+        push(cloud, row, found, grad_phi)
     return DONE, found, iterations, False
 
 
@@ -48,14 +51,14 @@ def evaluate_on_hull(cloud, x, p, found, work, row, index, phi, grad_phi):  # ty
         inside[0, d] = x[p, d]
     for k in range(found):
         for d in range(len(cloud.axes)):
-            inside[0, d] += INWARDS / found * work.dx[d, k]
+            inside[0, d] += INWARDS / found * (cloud.nodes[work.number[k], d] - x[p, d])
     status, size, _, again = evaluate_inside(cloud, inside, 0, work, row, index, phi, grad_phi)
     if status != DONE or again:
         return (TOO_NARROW if status == TOO_NARROW else FLAT), max(size, found)
 
     step = vector(cloud.axes)
-    found, reach = gather(cloud, x, p, work)
-    weigh(cloud, found, work)
+    found, reach = gather(cloud, x, p, row, work)
+    weigh(cloud, found, row, work)
     newton(cloud, found, reach, LAST_MOVE, work, step)
     most = total = 0.0
     for k in range(found):
@@ -64,12 +67,11 @@ def evaluate_on_hull(cloud, x, p, found, work, row, index, phi, grad_phi):  # ty
     for k in range(found):
         work.w[k] = 0.0 if work.w[k] <= cloud.tolerance * most else work.w[k]
         total += work.w[k]
-    near = 0
     for k in range(size):
-        while near < found and work.number[near] < index[row, k]:
-            near += 1
-        same = near < found and work.number[near] == index[row, k]
-        phi[row, k] = work.w[near] / total if same else 0.0
+        phi[row, k] = 0.0
+        for near in range(found):
+            if work.number[near] == index[row, k]:
+                phi[row, k] = work.w[near] / total
     return DONE, size
 
 
@@ -98,7 +100,7 @@ def widest(cloud, work, x):  # type: ignore[no-untyped-def]
     """Largest number of nodes whose supports cover one of the points."""
     most = 0
     for p in range(x.shape[0]):
-        most = max(most, gather(cloud, x, p, work)[0])
+        most = max(most, gather(cloud, x, p, p, work)[0])
     return most
 
 
@@ -108,9 +110,9 @@ def count_steps(cloud, work, x, iterations):  # type: ignore[no-untyped-def]
     step = vector(cloud.axes)
     for p in range(x.shape[0]):
         iterations[p] = -1
-        found, reach = gather(cloud, x, p, work)
+        found, reach = gather(cloud, x, p, p, work)
         if found > 0:
-            weigh(cloud, found, work)
+            weigh(cloud, found, p, work)
             status, steps, _ = newton(cloud, found, reach, COUNTED_MOVE, work, step)
             if status == DONE:
                 iterations[p] = steps

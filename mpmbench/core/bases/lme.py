@@ -45,6 +45,11 @@ class LocalMaxEnt:
         Look for neighbours in cells, or at all nodes for every point (same functions).
     line_search : bool
         Safeguard Newton's method; without it, it is the plain one of Li (2009), which fails for large gamma.
+    locality : {"fixed", "volume", "convected"}
+        Neighbours and weights by plain distance; or by distances before the change of volume of a particle (h follows
+        compression), or before its whole deformation (`metric`). A point that nodes do not surround takes more.
+    stretch_limit : float
+        Principal stretches of the convected metric stay between 1/stretch_limit and stretch_limit.
     """
 
     gamma: float = 1.8
@@ -56,6 +61,8 @@ class LocalMaxEnt:
     tolerance: float = 1e-12
     search: str = "local"
     line_search: bool = True
+    locality: str = "fixed"
+    stretch_limit: float = 20.0
     promises: ClassVar[Promises] = PROMISES
 
     def __post_init__(self) -> None:
@@ -70,6 +77,10 @@ class LocalMaxEnt:
         require(1e-13 <= self.tolerance <= 1e-4, "tolerance", self.tolerance, "a number from 1e-13 to 1e-4")
         require_option("search", self.search, ("local", "all"))
         require(isinstance(self.line_search, bool), "line_search", self.line_search, "true or false")
+        require_option("locality", self.locality, ("fixed", "volume", "convected"))
+        require(self.stretch_limit >= 1.0, "stretch_limit", self.stretch_limit, "a number of at least 1")
+        if self.rim == "cut" and self.locality != "fixed":
+            raise BadSetting("locality", self.locality, "fixed, as rim is cut,")
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> EntropyBasis | CloudBasis:
         """The basis on the nodes of `geometry`, with room for `particles` particles."""
@@ -91,6 +102,8 @@ class LocalMaxEnt:
             tolerance=self.tolerance,
             local=self.search == "local",
             line_search=self.line_search,
+            locality=self.locality,
+            stretch_limit=self.stretch_limit,
         )
 
 

@@ -79,7 +79,7 @@ def _visit(buckets, nodes, support, low, high, gap, write):  # type: ignore[no-u
                         left = buckets.lower[d] + place * buckets.size[d]
                         gap[d] = max(left - nodes[i, d], nodes[i, d] - left - buckets.size[d], 0.0)
                         distance += gap[d] * gap[d]
-                    if distance <= reach * reach:
+                    if distance <= reach * reach or reach == 0.0:  # a node without support is in its own cell
                         cell = (a * buckets.cells[1] + b) * buckets.cells[2] + c
                         if write:
                             buckets.entry[buckets.first[cell]] = i

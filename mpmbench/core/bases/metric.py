@@ -1,0 +1,136 @@
+"""Locality that follows the deformation: every point measures distances in its own metric (Li 2009, section 2.2.3).
+
+With ``xi_i = S^-1 (x_i - x)`` the functions of a point are those of the undeformed configuration: nodes count when
+``|xi_i| < R`` and weigh ``exp(-gamma |xi_i|^2 / h^2)``. S is the point's deformation gradient (`convected`) or the
+isotropic part of it (`volume`). Gradients take S as constant near the point.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mpmbench.core.algebra import determinant, inverse
+from mpmbench.core.bases.lean import LANES, lean
+from mpmbench.core.bases.search import cell_along
+from mpmbench.core.compiled import kernel, matrix
+
+
+class Metric(NamedTuple):
+    """What the search and the functions need of n points; without points the functions are those of plain distance.
+
+    Attributes
+    ----------
+    pull : ndarray
+        S^-1 (dimensionless), shape (n, dim, dim).
+    half : ndarray
+        Half the extent of the ellipsoid ``|xi| < 1`` along each axis: lengths of the rows of S, shape (n, dim).
+    growth : ndarray
+        Factor by which the search radius of a point has been enlarged, shape (n,).
+    """
+
+    pull: np.ndarray
+    half: np.ndarray
+    growth: np.ndarray
+
+    @classmethod
+    def identity(cls, points: int, dimension: int) -> "Metric":
+        """Plain distance."""
+        return cls(np.tile(np.eye(dimension), (points, 1, 1)), np.ones((points, dimension)), np.ones(points))
+
+
+@kernel
+def convect(axes, F, volume, metric):  # type: ignore[no-untyped-def]
+    """Fill `metric` from deformation gradients F, shape (n, dim, dim); with `volume` true S is ``J^(1/dim) I``."""
+    pull = matrix(axes, axes)
+    for p in range(F.shape[0]):
+        metric.growth[p] = 1.0
+        if volume:
+            scale = determinant(axes, F[p]) ** (1.0 / len(axes))
+            for d in range(len(axes)):
+                metric.half[p, d] = scale
+                for e in range(len(axes)):
+                    metric.pull[p, d, e] = 1.0 / scale if d == e else 0.0
+            continue
+        inverse(axes, F[p], pull)
+        for d in range(len(axes)):
+            square = 0.0
+            for e in range(len(axes)):
+                metric.pull[p, d, e] = pull[d, e]
+                square += F[p, d, e] * F[p, d, e]
+            metric.half[p, d] = np.sqrt(square)
+
+
+def clip(F: np.ndarray, limit: float, metric: Metric) -> None:
+    """Keep the stretches of S between 1/limit and limit, where those of F exceed it.
+
+    ``|S^-1 dx|^2 = dx . B^-1 dx`` depends on ``B = S S^T`` only, so that S may be taken symmetric.
+    """
+    norm, inverse_norm = np.sqrt(np.sum(F**2, axis=(1, 2))), np.sqrt(np.sum(metric.pull**2, axis=(1, 2)))
+    suspect = np.flatnonzero((norm > limit) | (inverse_norm > limit))
+    if suspect.size == 0:
+        return
+    square, axes = np.linalg.eigh(F[suspect] @ F[suspect].transpose(0, 2, 1))
+    stretch = np.clip(np.sqrt(square), 1.0 / limit, limit)
+    metric.pull[suspect] = (axes / stretch[:, None, :]) @ axes.transpose(0, 2, 1)
+    metric.half[suspect] = np.sqrt(np.sum((axes * stretch[:, None, :]) ** 2, axis=2))
+
+
+@lean
+def gather_near(cloud, x, p, row, radius, work):  # type: ignore[no-untyped-def]
+    """Number of nodes with ``|xi_i| < radius`` around point `p` of `x` in the metric `row`; their xi_i go to `work.dx`.
+
+    The cells hold each node once; those that the box around the ellipsoid touches are visited.
+    """
+    dim = len(cloud.axes)
+    buckets, metric = cloud.buckets, cloud.metric
+    low = (
+        cell_along(buckets, 0, x[p, 0] - radius * metric.half[row, 0]),
+        cell_along(buckets, 1, x[p, 1] - radius * metric.half[row, 1]) if dim > 1 else 0,
+        cell_along(buckets, 2, x[p, 2] - radius * metric.half[row, 2]) if dim > 2 else 0,
+    )
+    high = (
+        cell_along(buckets, 0, x[p, 0] + radius * metric.half[row, 0]),
+        cell_along(buckets, 1, x[p, 1] + radius * metric.half[row, 1]) if dim > 1 else 0,
+        cell_along(buckets, 2, x[p, 2] + radius * metric.half[row, 2]) if dim > 2 else 0,
+    )
+    square, inverse_square = radius * radius, 1.0 / (radius * radius)
+    found = 0
+    for a in range(low[0], high[0] + 1):
+        for b in range(low[1], high[1] + 1):
+            cell = (a * buckets.cells[1] + b) * buckets.cells[2]
+            for c in range(buckets.first[cell + low[2]], buckets.first[cell + high[2] + 1]):
+                i = buckets.entry[c]
+                distance = 0.0
+                for d in range(dim):
+                    xi = 0.0
+                    for e in range(dim):
+                        xi += metric.pull[row, d, e] * (cloud.nodes[i, e] - x[p, e])
+                    work.dx[d, found] = xi
+                    distance += xi * xi
+                work.number[found] = i
+                work.inverse_square[found] = inverse_square
+                work.rr[found] = distance * inverse_square
+                found += distance < square
+    for k in range(found, (found + LANES - 1) // LANES * LANES):
+        work.inverse_square[k] = work.rr[k] = 0.0
+        for d in range(dim):
+            work.dx[d, k] = 0.0
+    return found
+
+
+@lean
+def push(cloud, row, found, grad_phi):  # type: ignore[no-untyped-def]
+    """Gradients with respect to x from those with respect to xi: ``grad phi = S^-T dphi/dxi``."""
+    dim = len(cloud.axes)
+    pull = cloud.metric.pull
+    for k in range(found):
+        g_0 = grad_phi[row, k, 0]
+        g_1 = grad_phi[row, k, 1] if dim > 1 else 0.0
+        g_2 = grad_phi[row, k, 2] if dim > 2 else 0.0
+        for d in range(dim):
+            total = pull[row, 0, d] * g_0
+            if dim > 1:
+                total += pull[row, 1, d] * g_1
+            if dim > 2:
+                total += pull[row, 2, d] * g_2
+            grad_phi[row, k, d] = total

@@ -1,0 +1,98 @@
+"""Node sets with triangulations: jittered lines, strips and cylinders, without slivers, and where particles go in them."""
+
+import math
+
+import numpy as np
+from scipy.spatial import Delaunay
+
+from mpmbench.core.errors import BadSetting
+from mpmbench.core.geometry import Cloud
+
+RINGS = (1, 8, 16, 18, 14)  # nodes on circles of radius 0, h, 2 h, 3 h and 4 h: 57 nodes and 98 triangles
+
+
+def volumes(nodes: np.ndarray, simplices: np.ndarray) -> np.ndarray:
+    """Volumes of simplices [m^dim], shape (S,)."""
+    corners = nodes[simplices]
+    return np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / math.factorial(nodes.shape[1])
+
+
+def barycentres(cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
+    """One particle per simplex: positions [m], shape (S, dim), and volumes [m^dim], shape (S,)."""
+    assert cloud.simplices is not None
+    return cloud.nodes[cloud.simplices].mean(axis=1), volumes(cloud.nodes, cloud.simplices)
+
+
+def triangulation(nodes: np.ndarray, volume: float) -> np.ndarray:
+    """Delaunay simplices of nodes that fill a convex body of known volume [m^dim].
+
+    Nodes on a face of a regular set make slivers without volume: they are dropped, and the others must add up.
+
+    Raises
+    ------
+    BadSetting
+        When the simplices do not fill the body.
+    """
+    if nodes.shape[1] == 1:
+        order = np.argsort(nodes[:, 0])
+        simplices = np.stack([order[:-1], order[1:]], axis=1)
+    else:
+        simplices = Delaunay(nodes).simplices
+    size = volumes(nodes, simplices)
+    simplices = simplices[size > 1e-9 * size.mean()]
+    filled = volumes(nodes, simplices).sum()
+    if not abs(filled - volume) <= 1e-9 * volume:
+        raise BadSetting("nodes", len(nodes), f"a set whose simplices fill {volume:.6g} m^{nodes.shape[1]}")
+    return np.asarray(simplices, dtype=np.int64)
+
+
+def jittered(nodes: np.ndarray, spacing: float, share: float, held: np.ndarray, seed: int) -> np.ndarray:
+    """Nodes displaced by up to `share` of the spacing [m] along each axis; components marked in `held` stay."""
+    shift = np.random.default_rng(seed).uniform(-share * spacing, share * spacing, nodes.shape)
+    return nodes + np.where(held, 0.0, shift)
+
+
+def extruded(section: Cloud, levels: np.ndarray) -> Cloud:
+    """Prisms over a triangulated cross-section, each split into three tetrahedra that fit their neighbours.
+
+    Parameters
+    ----------
+    section : Cloud
+        Nodes in the plane of x_2 and x_3, with triangles.
+    levels : ndarray
+        x_1 of the layers of nodes [m], ascending.
+    """
+    assert section.simplices is not None
+    count = len(section.nodes)
+    nodes = np.concatenate([np.column_stack([np.full(count, x), section.nodes]) for x in levels])
+    a, b, c = np.sort(section.simplices, axis=1).T  # by number: a shared face is cut along the same diagonal
+    top = count
+    prism = np.concatenate(
+        [
+            np.stack([a, b, c, c + top], axis=1),
+            np.stack([a, b, b + top, c + top], axis=1),
+            np.stack([a, a + top, b + top, c + top], axis=1),
+        ]
+    )
+    simplices = np.concatenate([prism + count * layer for layer in range(len(levels) - 1)])
+    return Cloud(nodes, simplices, section.spacing)
+
+
+def disc(radius: float) -> Cloud:
+    """57 nodes on concentric circles and 98 triangles; the spacing is a quarter of the radius [m]."""
+    spacing = radius / (len(RINGS) - 1)
+    points = []
+    for ring, count in enumerate(RINGS):
+        angle = 2.0 * np.pi * (np.arange(count) + 0.5 * (ring % 2)) / count
+        points.append(ring * spacing * np.column_stack([np.cos(angle), np.sin(angle)]))
+    nodes = np.concatenate(points)
+    rim = nodes[-RINGS[-1] :]
+    area = 0.5 * abs(float(np.sum(rim[:, 0] * np.roll(rim[:, 1], -1) - rim[:, 1] * np.roll(rim[:, 0], -1))))
+    return Cloud(nodes, triangulation(nodes, area), spacing)
+
+
+def nodal_volumes(cloud: Cloud) -> np.ndarray:
+    """Volume [m^dim] of each node, shape (N,): equal shares of the simplices around it."""
+    assert cloud.simplices is not None
+    share = volumes(cloud.nodes, cloud.simplices) / cloud.simplices.shape[1]
+    return np.bincount(cloud.simplices.ravel(), np.repeat(share, cloud.simplices.shape[1]), len(cloud.nodes))

@@ -1,0 +1,264 @@
+"""Isothermal plane shock in a compressible viscous fluid, in 1D, along a strip and along a cylinder (Li 2009, section 4.1).
+
+``rho_0 phi'' = sigma_11,X`` with ``sigma_11 = K (J - 1/J) / 2 + (4 eta / 3) J' / J`` has the travelling wave (Eqs. 4.20-4.23,
+with + log 2) ``J = (J_a + J_b) / 2 + (J_a - J_b) / 2 tanh((X - C t) / (2 L))`` from J_b behind the shock to J_a ahead of it,
+``C^2 = K (1 + 1 / (J_a J_b)) / (2 rho_0)`` and ``L = 8 eta C J_a J_b / (3 K (J_a - J_b))``.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mpmbench.core.errors import NotApplicable, require, require_option
+from mpmbench.core.geometry import Box, Cloud, Geometry
+from mpmbench.core.materials import Material
+from mpmbench.core.materials.newtonian_fluid import NewtonianFluid
+from mpmbench.core.methods import Choices
+from mpmbench.core.particles import Particles, seed_cells
+from mpmbench.core.registry import register
+from mpmbench.core.simulation import Solution
+from mpmbench.core.state import Loads, State
+from mpmbench.core.triangulate import barycentres, disc, extruded, jittered, nodal_volumes, triangulation
+from mpmbench.problems import Fields, Problem
+
+WIDTH = 4  # cells across the strip, and along the radius of the cylinder
+LAYOUTS = ("auto", "midpoint", "barycentre", "nodes")
+COURANT, VISCOUS = 0.2, 0.7  # fractions of h / C and rho_0 h^2 / eta, with the smallest current spacing h
+
+
+@register("problem", "isothermal_shock")
+@dataclass(frozen=True)
+class IsothermalShock(Problem):
+    """Parameters of the shock.
+
+    Parameters
+    ----------
+    dimension : int
+        1; 2, a strip of 4 cells; 3, a cylinder of radius 4 h. Lateral faces slide on rollers.
+    length : float
+        Length of the body [m]; 25 L.
+    jacobian_ahead, jacobian_behind : float
+        J ahead of the shock and behind it, the second smaller.
+    irregularity : float
+        Nodes are displaced at random by up to this share of their spacing; the ends stay.
+    particle_layout : {"auto", "midpoint", "barycentre", "nodes"}
+        Midpoints of sub-cells (auto in 1D), barycentres of a triangulation (auto in 2D and 3D), or the nodes themselves.
+    random_seed : int
+        Of the irregular nodes.
+    """
+
+    dimension: int = 1  # type: ignore[misc]
+    length: float = 0.04342977555392065
+    jacobian_ahead: float = 1.0
+    jacobian_behind: float = 0.1
+    irregularity: float = 0.0
+    particle_layout: str = "auto"
+    random_seed: int = 0
+    samples = 500
+
+    def __post_init__(self) -> None:
+        require(self.dimension in (1, 2, 3), "dimension", self.dimension, "1, 2 or 3")
+        require(0.0 < self.length < np.inf, "length", self.length, "a positive length [m]")
+        ahead, behind = self.jacobian_ahead, self.jacobian_behind
+        require(0.0 < ahead <= 10.0, "jacobian_ahead", ahead, "a positive number, at most 10")
+        require(0.0 < behind < ahead, "jacobian_behind", behind, "a positive number less than jacobian_ahead")
+        require(0.0 <= self.irregularity <= 0.4, "irregularity", self.irregularity, "a number from 0 to 0.4")
+        require_option("particle_layout", self.particle_layout, LAYOUTS)
+        if self.dimension == 3:
+            require(self.particle_layout != "midpoint", "particle_layout", "midpoint", "barycentre or nodes in 3D")
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        return self.length
+
+    def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
+        if not isinstance(material, NewtonianFluid):
+            raise NotApplicable("the shock is an exact solution for material=newtonian_fluid")
+        if not (choices.moving or choices.frozen):
+            raise NotApplicable("the end that drives the shock moves: method.nodes=moving is needed")
+        if choices.time != "explicit":
+            raise NotApplicable(f"method.time={choices.time}: implicit methods have no viscous tangent here")
+
+    # geometry
+
+    def _cloud(self, resolution: int) -> Cloud:
+        """Nodes in the reference configuration with a triangulation; x_1 is the direction of the shock."""
+        h = self.length / resolution
+        levels = np.linspace(0.0, self.length, resolution + 1)
+        if self.dimension == 3:
+            regular = extruded(disc(WIDTH * h), levels)
+        else:
+            box = self._box(resolution)
+            regular = Cloud(box.nodes(), triangulation(box.nodes(), float(np.prod(box.upper))), h)
+        if self.irregularity == 0.0:
+            return regular
+        nodes = jittered(regular.nodes, h, self.irregularity, self.fixed(regular.nodes), self.random_seed)
+        if self.dimension == 3:
+            return Cloud(nodes, regular.simplices, h)
+        return Cloud(nodes, triangulation(nodes, float(np.prod(self._box(resolution).upper))), h)
+
+    def _box(self, resolution: int) -> Box:
+        h = self.length / resolution
+        upper = (self.length, WIDTH * h)[: self.dimension]
+        return Box((0.0,) * self.dimension, upper, (resolution, WIDTH)[: self.dimension])
+
+    def nodes(self, resolution: int, choices: Choices) -> Geometry:
+        if self.dimension < 3 and self.irregularity == 0.0:
+            return self._box(resolution)
+        return self._cloud(resolution)
+
+    def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
+        layout = self.particle_layout
+        if layout == "midpoint" or (layout == "auto" and self.dimension == 1):
+            if self.dimension == 1:  # cells between the nodes, where these are irregular too
+                return _seed_segments(np.sort(self._cloud(resolution).nodes[:, 0]), particles_per_cell)
+            return seed_cells(self._box(resolution), particles_per_cell)
+        cloud = self._cloud(resolution)
+        return (cloud.nodes, nodal_volumes(cloud)) if layout == "nodes" else barycentres(cloud)
+
+    # initial and boundary conditions
+
+    def fixed(self, x: np.ndarray) -> np.ndarray:
+        """The ends follow the exact motion along x_1; the lateral surface slides along x_1."""
+        fixed = np.zeros(x.shape, dtype=bool)
+        tolerance = 1e-9 * self.length
+        fixed[:, 0] = (x[:, 0] < tolerance) | (x[:, 0] > self.length - tolerance)
+        if self.dimension == 2:
+            fixed[:, 1] = (x[:, 1] < tolerance) | (x[:, 1] > x[:, 1].max() - tolerance)
+        if self.dimension == 3:
+            radius = np.hypot(x[:, 1], x[:, 2])
+            fixed[:, 1:] = (radius > radius.max() - tolerance)[:, None]
+        return fixed
+
+    def velocity(self, X: np.ndarray, material: Material) -> np.ndarray:
+        return self._along(self.wave(X[:, 0], 0.0, material)["velocity"])
+
+    def initial_displacement(self, material: Material) -> Callable[[np.ndarray], np.ndarray] | None:
+        return lambda X: self._along(self.wave(X[:, 0], 0.0, material)["displacement"])
+
+    def prepare(self, particles: Particles, material: Material) -> None:
+        wave = self.wave(particles.X[:, 0], 0.0, material)
+        particles.x[:, 0] += wave["displacement"]
+        particles.F[:, 0, 0] = wave["jacobian"]
+        particles.L[:, 0, 0] = wave["rate"] / wave["jacobian"]
+        particles.V[:] = wave["jacobian"] * particles.V0
+        particles.sigma[:] = self._stress(wave, material)
+
+    def start(self, state: State, dt: float) -> None:
+        """The exact velocity at -dt/2, where that of the leapfrog scheme lives."""
+        for v, X in ((state.nodes.v, state.initial_nodes), (state.particles.v, state.particles.X)):
+            early, late = (self.wave(X[:, 0], t, state.material)["velocity"] for t in (-0.5 * dt, 0.0))
+            v[:, 0] += early - late
+
+    def loads(self, material: Material) -> Loads:
+        def motion(X: np.ndarray, t: float) -> np.ndarray:
+            ends = self.wave(np.array([0.0, self.length]), t, material)["displacement"]
+            return self._along(np.where(X[:, 0] < 0.5 * self.length, ends[0], ends[1]))
+
+        return Loads(prescribed_motion=motion)
+
+    def adaptive_step(self, state: State) -> Callable[[State], float] | None:
+        """Eq. 4.26 with the smallest current spacing; half of it with a consistent mass."""
+        fluid = state.material
+        assert isinstance(fluid, NewtonianFluid)
+        C, _ = self.speed_and_width(fluid)
+        h0 = float(state.geometry.spacing[0] if isinstance(state.geometry, Box) else state.geometry.spacing or 0.0)
+        h0 *= 1.0 - 2.0 * self.irregularity
+        share = 1.0 if state.choices.mass == "lumped" else 0.5
+
+        def step(s: State) -> float:
+            h = h0 * smallest_stretch(s.particles.F)
+            viscous = VISCOUS * fluid.density * h * h / fluid.viscosity if fluid.viscosity > 0.0 else np.inf
+            return share * min(COURANT * h / C, viscous)
+
+        return step
+
+    # exact solution
+
+    def speed_and_width(self, fluid: NewtonianFluid) -> tuple[float, float]:
+        """Shock speed C [m/s] and width L [m] (Eqs. 4.21b, c)."""
+        ahead, behind = self.jacobian_ahead, self.jacobian_behind
+        C = np.sqrt(0.5 * fluid.bulk_modulus / fluid.density * (1.0 + 1.0 / (ahead * behind)))
+        return float(C), float(
+            8.0 * fluid.viscosity * C * ahead * behind / (3.0 * fluid.bulk_modulus * (ahead - behind))
+        )
+
+    def wave(self, X: np.ndarray, t: float, material: Material) -> Fields:
+        """The wave at X, shape (n,): displacement [m], velocity [m/s], acceleration [m/s2], J and its rate [1/s]."""
+        assert isinstance(material, NewtonianFluid)
+        C, L = self.speed_and_width(material)
+        mean, jump = 0.5 * (self.jacobian_ahead + self.jacobian_behind), self.jacobian_ahead - self.jacobian_behind
+        s = (X - C * t) / (2.0 * L)
+        J = mean + 0.5 * jump * np.tanh(s)
+        slope = 0.5 * jump / np.cosh(np.clip(s, -300.0, 300.0)) ** 2 / (2.0 * L)  # dJ/dX
+        log_2cosh = np.abs(s) + np.log1p(np.exp(-2.0 * np.abs(s)))
+        shift = (mean - 1.0) * (X - C * t) + L * jump * log_2cosh
+        return {
+            "displacement": shift,
+            "velocity": C * (1.0 - J),
+            "acceleration": C * C * slope,
+            "jacobian": J,
+            "rate": -C * slope,
+        }
+
+    def exact(self, X: np.ndarray, t: float, material: Material) -> Fields:
+        wave = self.wave(X[:, 0], t, material)
+        return {
+            "displacement": self._along(wave["displacement"]),
+            "velocity": self._along(wave["velocity"]),
+            "stress": self._stress(wave, material),
+        }
+
+    def _along(self, values: np.ndarray) -> np.ndarray:
+        """A field along x_1, shape (n, dim)."""
+        field = np.zeros((len(values), self.dimension))
+        field[:, 0] = values
+        return field
+
+    def _stress(self, wave: Fields, material: Material) -> np.ndarray:
+        assert isinstance(material, NewtonianFluid)
+        viscous = 2.0 / 3.0 * material.viscosity * wave["rate"] / wave["jacobian"]
+        sigma = (material.pressure(wave["jacobian"]) - viscous)[:, None, None] * np.eye(self.dimension)
+        sigma[:, 0, 0] += 3.0 * viscous
+        return sigma
+
+    # quantities of interest
+
+    def observe(self, state: State) -> dict[str, Any]:
+        """Norms of Eq. 4.27 over the reference domain, per cross-section; the velocity lives half a step earlier."""
+        p, solid = state.particles, state.particles.material
+        X, share = p.X[solid, 0], p.V0[solid] * (self.length / p.V0.sum())
+        velocity = self._along(self.wave(X, state.time - 0.5 * state.time_step, state.material)["velocity"])
+        density = state.material.density * p.V0[solid] / p.V[solid]
+        exact_density = state.material.density / self.wave(X, state.time, state.material)["jacobian"]
+        return {
+            "error_velocity_l2": float(np.sqrt(share @ np.sum((p.v[solid] - velocity) ** 2, axis=1))),
+            "error_density_l1": float(share @ np.abs(density - exact_density)),
+        }
+
+    def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
+        found: dict[str, tuple[Any, str, str]] = {}
+        for name, unit, text in (
+            ("error_velocity_l2", "m1.5 s-1", "L2 norm of the error of the velocity"),
+            ("error_density_l1", "kg m-2", "L1 norm of the error of the density"),
+        ):
+            series = np.array(solution.history[name])
+            found[name] = (series, unit, f"{text} over the reference domain, per cross-section (Li 2009, Eq. 4.27)")
+            if solution.status == "ok":
+                found[f"{name}_max"] = (float(series.max()), unit, f"{text}, maximum over time")
+        return found
+
+
+def smallest_stretch(F: np.ndarray) -> float:
+    """Lower bound of all principal stretches, ``1 / |F^-1|``; exact in 1D."""
+    return float(1.0 / np.sqrt(np.sum(np.linalg.inv(F) ** 2, axis=(1, 2)).max()))
+
+
+def _seed_segments(nodes: np.ndarray, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
+    """Midpoints of equal parts of the segments between nodes, shapes (P, 1) and (P,)."""
+    edges = np.diff(nodes)
+    local = (np.arange(particles_per_cell) + 0.5) / particles_per_cell
+    X = (nodes[:-1, None] + edges[:, None] * local).reshape(-1, 1)
+    return X, np.repeat(edges / particles_per_cell, particles_per_cell)
