@@ -1,9 +1,9 @@
 """Determinant, inverse and product of small matrices; the dimension is the length of the tuple `axes`."""
 
-from mpmbench.core.compiled import kernel
+from mpmbench.core.compiled import inlined
 
 
-@kernel
+@inlined
 def determinant(axes, A):  # type: ignore[no-untyped-def]
     if len(axes) == 1:
         return A[0, 0]
@@ -16,7 +16,7 @@ def determinant(axes, A):  # type: ignore[no-untyped-def]
     )
 
 
-@kernel
+@inlined
 def inverse(axes, A, B):  # type: ignore[no-untyped-def]
     """``B = A^-1``; returns the determinant."""
     det = determinant(axes, A)
@@ -35,7 +35,7 @@ def inverse(axes, A, B):  # type: ignore[no-untyped-def]
     return det
 
 
-@kernel
+@inlined
 def multiply(axes, A, B, C):  # type: ignore[no-untyped-def]
     """``C = A B``; C must not be A or B."""
     for i in range(len(axes)):

@@ -7,14 +7,15 @@ unroll, and one text serves 1D, 2D and 3D.
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 from llvmlite import ir
-from numba import carray, njit, types
+from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic, overload
+from numba.np.arrayobj import make_array, populate_array
 
 # "contract" permits fused multiply-add; nothing that reorders sums, so that a result does not depend on unrolling.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "cache": True, "nogil": True}
+INLINED = {key: OPTIONS[key] for key in ("error_model", "fastmath")} | {"_nrt": False, "forceinline": True}
 
 
 def kernel(function: Callable[..., Any]) -> Any:
@@ -22,10 +23,24 @@ def kernel(function: Callable[..., Any]) -> Any:
     return njit(**OPTIONS)(function)
 
 
+def lean(function: Callable[..., Any]) -> Any:
+    """Compile a function without reference counts, for loops in which counting would cost more than the arithmetic.
+
+    numba counts references whenever an array is taken out of a tuple. A `lean` kernel leaves that out and therefore
+    cannot allocate: its arrays come from outside, or from the stack.
+    """
+    return njit(**(OPTIONS | {"_nrt": False}))(function)
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """Compile a small helper of `lean` kernels into its callers."""
+    return njit(**(OPTIONS | {"_nrt": False, "forceinline": True}))(function)
+
+
 def implements(stub: Callable[..., Any], handle: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Decorate a function as the version of `stub` for handles (NamedTuples) of the given class.
 
-    A kernel that calls `stub(handle, ...)` is compiled once per handle class and reaches the disk cache, which a
+    The function cannot allocate (see `lean`). A kernel that calls `stub(handle, ...)` is compiled once per handle class and reaches the disk cache, which a
     function passed as an argument never does.
     """
 
@@ -33,42 +48,51 @@ def implements(stub: Callable[..., Any], handle: type) -> Callable[[Callable[...
         def choose(first, *rest):  # type: ignore[no-untyped-def]
             return function if getattr(first, "instance_class", None) is handle else None
 
-        overload(stub, jit_options={"error_model": "numpy", "fastmath": {"contract"}}, strict=False)(choose)
+        overload(stub, jit_options=INLINED, strict=False)(choose)
         return function
 
     return decorate
 
 
-@intrinsic
-def _stack(typingctx, like):  # type: ignore[no-untyped-def]
-    """Pointer to as many float64 on the stack as the tuple `like` is long."""
+generated: Any = intrinsic
+
+
+def _stack_array(context, builder, array, shape):  # type: ignore[no-untyped-def]
+    """Uninitialised float64 array on the stack."""
+    length = 1
+    for n in shape:
+        length *= n
+    data = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), length))
+    strides = [8 * shape[1], 8] if len(shape) == 2 else [8]
+    value = make_array(array)(context, builder)
+    populate_array(
+        value,
+        data=builder.bitcast(data, ir.DoubleType().as_pointer()),
+        shape=[context.get_constant(types.intp, n) for n in shape],
+        strides=[context.get_constant(types.intp, n) for n in strides],
+        itemsize=context.get_constant(types.intp, 8),
+        meminfo=None,
+    )
+    return value._getvalue()
+
+
+@generated
+def vector(typingctx, axes):  # type: ignore[no-untyped-def]
+    """Uninitialised float64 array as long as the tuple, on the stack."""
+    array = types.Array(types.float64, 1, "C")
 
     def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        element = context.get_data_type(types.float64)
-        block = cgutils.alloca_once(builder, ir.ArrayType(element, like.count))
-        return builder.bitcast(block, element.as_pointer())
+        return _stack_array(context, builder, array, [axes.count])
 
-    return types.CPointer(types.float64)(like), generate
+    return array(axes), generate
 
 
-def vector(axes: tuple[Any, ...]) -> np.ndarray:
-    """Uninitialised float64 array as long as the tuple, on the stack (in kernels)."""
-    return np.empty(len(axes))
+@generated
+def matrix(typingctx, rows, columns):  # type: ignore[no-untyped-def]
+    """Uninitialised float64 array of ``len(rows) x len(columns)``, on the stack."""
+    array = types.Array(types.float64, 2, "C")
 
+    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+        return _stack_array(context, builder, array, [rows.count, columns.count])
 
-def matrix(rows: tuple[Any, ...], columns: tuple[Any, ...]) -> np.ndarray:
-    """Uninitialised float64 array of ``len(rows) x len(columns)``, on the stack (in kernels)."""
-    return np.empty((len(rows), len(columns)))
-
-
-@overload(vector)
-def _vector(axes):  # type: ignore[no-untyped-def]
-    n = len(axes)
-    return lambda axes: carray(_stack(axes), (n,))
-
-
-@overload(matrix)
-def _matrix(rows, columns):  # type: ignore[no-untyped-def]
-    n, m = len(rows), len(columns)
-    block = (0.0,) * (n * m)
-    return lambda rows, columns: carray(_stack(block), (n, m))
+    return array(rows, columns), generate

@@ -4,7 +4,7 @@ import numpy as np
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import count, index, locate, scratch, value
-from mpmbench.core.compiled import kernel, vector
+from mpmbench.core.compiled import kernel, lean, vector
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.particles import Particles
 
@@ -48,7 +48,7 @@ class BandMass:
             substitute(self._band, self._factor[group], self._threshold, self.fixed[:, d], rhs[:, d], out[:, d])
 
 
-@kernel
+@lean
 def bandwidth(phi, x):  # type: ignore[no-untyped-def]
     """Largest difference of node numbers within one stencil."""
     work = scratch(phi)
@@ -63,7 +63,7 @@ def bandwidth(phi, x):  # type: ignore[no-untyped-def]
     return widest
 
 
-@kernel
+@lean
 def assemble_band(phi, x, m, band):  # type: ignore[no-untyped-def]
     """Sum the lower band of the consistent mass matrix: ``band[i, i - j] = sum_p m_p phi_i phi_j`` for j <= i.
 
@@ -97,7 +97,7 @@ def band_product(band, a):  # type: ignore[no-untyped-def]
     return out
 
 
-@kernel
+@lean
 def factorise(band, threshold, fixed, factor):  # type: ignore[no-untyped-def]
     """Cholesky factor of the band without the fixed and the nearly massless rows, which become the identity.
 
@@ -124,7 +124,7 @@ def factorise(band, threshold, fixed, factor):  # type: ignore[no-untyped-def]
     return -1
 
 
-@kernel
+@lean
 def substitute(band, factor, threshold, fixed, rhs, out):  # type: ignore[no-untyped-def]
     """Forward and back substitution; fixed entries of `out` are known and move to the right-hand side."""
     n, width = band.shape

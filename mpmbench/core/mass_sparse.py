@@ -11,7 +11,7 @@ from scipy.sparse.linalg import splu
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import Stencils, count, index, locate, scratch, value
 from mpmbench.core.bases.tensor import TensorGrid
-from mpmbench.core.compiled import implements, kernel, vector
+from mpmbench.core.compiled import implements, kernel, lean, vector
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.particles import Particles
 
@@ -72,7 +72,7 @@ def assemble_rows(phi, x, m, columns, values):  # type: ignore[no-untyped-def]
     return True
 
 
-@kernel
+@lean
 def matrix_product(columns, values, a, out):  # type: ignore[no-untyped-def]
     """``out = M a`` for each column of `a`, shape (N, dim)."""
     for i in range(a.shape[0]):
@@ -84,7 +84,7 @@ def matrix_product(columns, values, a, out):  # type: ignore[no-untyped-def]
                 out[i, d] += values[i, k] * a[j, d]
 
 
-@kernel
+@lean
 def symmetric_gauss_seidel(columns, values, diagonal, free, r, z):  # type: ignore[no-untyped-def]
     """``z = (D + U)^-1 D (D + L)^-1 r`` on the free components, zero elsewhere: the preconditioner."""
     n, dim = r.shape

@@ -16,6 +16,7 @@ from mpmbench.core.geometry import Geometry
 from mpmbench.core.mass import make_mass
 from mpmbench.core.materials import Material
 from mpmbench.core.methods import Choices
+from mpmbench.core.methods.explicit import update_particles
 from mpmbench.core.particles import Particles
 from mpmbench.core.state import Loads, Nodes, State
 from mpmbench.core.transfer import kinetic_energy, strain_energy
@@ -98,8 +99,7 @@ def build_state(body: Body, basis: BasisSettings, material: Material, choices: C
     state.nodes.v[:] = body.velocity(reference)
     if choices.transfer == "nodal":  # the velocity lives on the nodes; that of the particles is only read off
         functions.locate(p.x)
-        weights = 0.0, 0.0, True, False, False, 0, len(p.x)
-        transfer.g2p(functions.handle, p.x, p.v, p.F, p.L, p.V, p.V0, state.nodes.v, state.nodes.a, *weights)
+        update_particles(state, 0.0, velocity=True)
     return state
 
 

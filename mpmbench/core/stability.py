@@ -34,16 +34,14 @@ def stability_limit(s: State, iterations: int = 60) -> float:
     u = np.random.default_rng(0).standard_normal(s.fixed.shape)
     u[s.fixed] = 0.0
     f, a = np.zeros_like(u), np.zeros_like(u)
-    V, F, L = np.ones_like(p.V), np.tile(np.eye(dim), (len(p.x), 1, 1)), np.zeros_like(p.F)
-    solid = np.where(p.V0 > 0.0, 1.0, 0.0)
+    L = np.zeros_like(p.F)
     omega_squared = 0.0
     for _ in range(iterations):
         norm = np.linalg.norm(u)
         if norm == 0.0:
             return float("inf")
         u /= norm
-        only_strain = 0.0, 0.0, False, True, False, 0, len(p.x)
-        transfer.g2p(phi, p.x, p.v, F, L, V, solid, u, u, *only_strain)
+        transfer.velocity_gradients(phi, p.x, u, L)
         trace = np.trace(L, axis1=1, axis2=2)
         sigma = shear * (L + L.transpose(0, 2, 1)) + lame * trace[:, None, None] * np.eye(dim)
         f[:] = 0.0

@@ -8,8 +8,8 @@ import numpy as np
 
 from mpmbench.core import threads
 from mpmbench.core.algebra import determinant, multiply
-from mpmbench.core.bases.handle import count, index, locate, scratch, value, width
-from mpmbench.core.compiled import kernel, matrix, vector
+from mpmbench.core.bases.handle import count, index, locate, scratch, value
+from mpmbench.core.compiled import inlined, kernel, lean, matrix, vector
 from mpmbench.core.materials import cauchy_stress, energy_density
 
 
@@ -25,67 +25,67 @@ class NodalSums:
     def __init__(self, nodes: int, particles: int, dimension: int) -> None:
         self._parts = np.zeros((len(threads.chunks(particles)), nodes, 1 + 2 * dimension))
         self._touched = np.zeros((len(self._parts), 2), dtype=np.int64)
+        self._cells = np.zeros((len(self._parts), 0, 1 + 2 * dimension))
 
     def __call__(self, phi, x, m, v, V, sigma, m_i, q_i, f_i) -> None:  # type: ignore[no-untyped-def]
         """``m_i = sum m_p phi_i``, ``q_i = sum m_p phi_i v_p``, ``f_i = - sum V_p sigma_p grad phi_i``.
 
         Wobbes 2020, Eqs. 17, 20 (49, 91) and 21 (50, 92), the last with its sign corrected.
         """
+        self._cells = at_least(self._cells, phi.width)
 
         def add(c: int, start: int, stop: int) -> None:
-            p2g(phi, x, m, v, V, sigma, self._parts[c], self._touched[c], start, stop)
+            p2g(phi, x, m, v, V, sigma, self._parts[c], self._cells[c], self._touched[c], start, stop)
 
         threads.run(add, len(x))
         collect(self._parts, self._touched, m_i, q_i, f_i)
 
 
-@kernel
-def p2g(phi, x, m, v, V, sigma, sums, touched, start, stop):  # type: ignore[no-untyped-def]
-    """Add mass, momentum and internal force of particles start to stop to ``sums[i] = (m, q, f)``.
+def at_least(cells: np.ndarray, width: int) -> np.ndarray:
+    """`cells`, shape (chunks, width, columns), or a new array of zeros when it has too few rows."""
+    return cells if cells.shape[1] >= width else np.zeros((cells.shape[0], width, cells.shape[2]))
 
-    `touched` returns the range of node numbers that were added to.
+
+@lean
+def p2g(phi, x, m, v, V, sigma, sums, cell, touched, start, stop):  # type: ignore[no-untyped-def]
+    """Add mass, momentum and internal force of particles start to stop to ``sums[i] = (m, q, f)``, shape (N, 1 + 2 dim).
+
+    `cell` holds the same for the functions of one cell; `touched` returns the range of node numbers that were added to.
     """
     dim = len(phi.axes)
     work, grad_phi, momentum, stress = scratch(phi), vector(phi.axes), vector(phi.axes), matrix(phi.axes, phi.axes)
-    m_c, q_c, f_c = np.zeros(width(phi)), np.zeros((width(phi), dim)), np.zeros((width(phi), dim))  # of one cell
     touched[0], touched[1] = sums.shape[0], 0
-    cell = -1
+    last = -1
     for p in range(start, stop):
         at = locate(phi, x, p, work)
-        if at != cell:
-            if cell >= 0:
-                add_cell(phi, cell, m_c, q_c, f_c, sums, touched)
-            cell = at
+        if at != last:
+            if last >= 0:
+                add_cell(phi, last, cell, sums, touched)
+            last = at
         for d in range(dim):
             momentum[d] = m[p] * v[p, d]
             for e in range(dim):
-                stress[d, e] = V[p] * sigma[p, d, e]
+                stress[d, e] = -V[p] * sigma[p, d, e]
         for k in range(count(phi, at)):
             phi_i = value(phi, at, k, work, grad_phi)
-            m_c[k] += m[p] * phi_i
+            cell[k, 0] += m[p] * phi_i
             for d in range(dim):
-                traction = 0.0
+                cell[k, 1 + d] += phi_i * momentum[d]
                 for e in range(dim):
-                    traction += stress[d, e] * grad_phi[e]
-                q_c[k, d] += phi_i * momentum[d]
-                f_c[k, d] -= traction
-    if cell >= 0:
-        add_cell(phi, cell, m_c, q_c, f_c, sums, touched)
+                    cell[k, 1 + dim + d] += stress[d, e] * grad_phi[e]
+    if last >= 0:
+        add_cell(phi, last, cell, sums, touched)
 
 
-@kernel
-def add_cell(phi, cell, m_c, q_c, f_c, sums, touched):  # type: ignore[no-untyped-def]
+@lean
+def add_cell(phi, at, cell, sums, touched):  # type: ignore[no-untyped-def]
     """Add the sums of one cell to its nodes and set them back to zero."""
-    dim = len(phi.axes)
-    for k in range(count(phi, cell)):
-        i = index(phi, cell, k)
+    for k in range(count(phi, at)):
+        i = index(phi, at, k)
         touched[0], touched[1] = min(touched[0], i), max(touched[1], i + 1)
-        sums[i, 0] += m_c[k]
-        m_c[k] = 0.0
-        for d in range(dim):
-            sums[i, 1 + d] += q_c[k, d]
-            sums[i, 1 + dim + d] += f_c[k, d]
-            q_c[k, d], f_c[k, d] = 0.0, 0.0
+        for c in range(cell.shape[1]):
+            sums[i, c] += cell[k, c]
+            cell[k, c] = 0.0
 
 
 @kernel
@@ -103,7 +103,7 @@ def collect(parts, touched, m_i, q_i, f_i):  # type: ignore[no-untyped-def]
                 parts[c, i, k] = 0.0
 
 
-@kernel
+@lean
 def p2g_mass(phi, x, m, m_i):  # type: ignore[no-untyped-def]
     """Add the row sums of the mass matrix: ``m_i += sum_p m_p phi_i(x_p)`` (Wobbes 2020, Eq. 17)."""
     work, grad_phi = scratch(phi), vector(phi.axes)
@@ -113,7 +113,7 @@ def p2g_mass(phi, x, m, m_i):  # type: ignore[no-untyped-def]
             m_i[index(phi, at, k)] += m[p] * value(phi, at, k, work, grad_phi)
 
 
-@kernel
+@lean
 def p2g_momentum(phi, x, m, v, q_i):  # type: ignore[no-untyped-def]
     """Add the momentum: ``q_i += sum_p m_p phi_i(x_p) v_p``; with b for v, the body force."""
     work, grad_phi = scratch(phi), vector(phi.axes)
@@ -126,7 +126,7 @@ def p2g_momentum(phi, x, m, v, q_i):  # type: ignore[no-untyped-def]
                 q_i[i, d] += m[p] * phi_i * v[p, d]
 
 
-@kernel
+@lean
 def p2g_internal_force(phi, x, V, sigma, f_i):  # type: ignore[no-untyped-def]
     """Add the internal force: ``f_i -= sum_p V_p sigma_p grad phi_i``."""
     work, grad_phi = scratch(phi), vector(phi.axes)
@@ -142,29 +142,29 @@ def p2g_internal_force(phi, x, V, sigma, f_i):  # type: ignore[no-untyped-def]
                 f_i[i, d] -= V[p] * traction
 
 
-@kernel
-def g2p(phi, x, v, F, L, V, V0, v_i, a_i, flip, dt, velocity, strain, position, start, stop):  # type: ignore[no-untyped-def]
+@lean
+def g2p(phi, law, x, v, F, L, V, V0, state, sigma, v_i, a_i, flip, dt, velocity, strain, position, cell, start, stop):  # type: ignore[no-untyped-def]
     """Update particles start to stop from nodal velocities and accelerations; three switches say what is updated.
 
     velocity: ``v_p <- flip (v_p + dt sum_i phi_i a_i) + (1 - flip) sum_i phi_i v_i`` (Eqs. 27, 97; 67, 68)
-    strain: ``L = sum_i v_i (x) grad phi_i``, ``F <- (I + dt L) F``, ``V = det(F) V_0`` (Eqs. 28-30, 55, 98, 99 corrected)
+    strain: ``L = sum_i v_i (x) grad phi_i``, ``F <- (I + dt L) F``, ``V = det(F) V_0``, and the stress from the new F
+    (Eqs. 28-30, 53-55, 98, 99 corrected)
     position: ``x_p += dt sum_i phi_i v_i`` (Eqs. 26, 52, 96)
 
-    Particles without volume are not strained.
+    Particles without volume are not strained. `cell` holds (v_i, a_i) of the functions of one cell.
     """
     dim = len(phi.axes)
     work, grad_phi, increment, interpolated = scratch(phi), vector(phi.axes), vector(phi.axes), vector(phi.axes)
-    velocity_gradient = matrix(phi.axes, phi.axes)
-    v_c, a_c = np.empty((width(phi), dim)), np.empty((width(phi), dim))  # of one cell
-    cell = -1
+    velocity_gradient, F_p, sigma_p = matrix(phi.axes, phi.axes), matrix(phi.axes, phi.axes), matrix(phi.axes, phi.axes)
+    last = -1
     for p in range(start, stop):
         at = locate(phi, x, p, work)
-        if at != cell:
+        if at != last:
             for k in range(count(phi, at)):
                 i = index(phi, at, k)
                 for d in range(dim):
-                    v_c[k, d], a_c[k, d] = v_i[i, d], a_i[i, d]
-            cell = at
+                    cell[k, d], cell[k, dim + d] = v_i[i, d], a_i[i, d]
+            last = at
         for d in range(dim):
             increment[d], interpolated[d] = 0.0, 0.0
             for e in range(dim):
@@ -172,59 +172,57 @@ def g2p(phi, x, v, F, L, V, V0, v_i, a_i, flip, dt, velocity, strain, position, 
         for k in range(count(phi, at)):
             phi_i = value(phi, at, k, work, grad_phi)
             for d in range(dim):
-                increment[d] += phi_i * a_c[k, d]
-                interpolated[d] += phi_i * v_c[k, d]
+                increment[d] += phi_i * cell[k, dim + d]
+                interpolated[d] += phi_i * cell[k, d]
                 for e in range(dim):
-                    velocity_gradient[d, e] += v_c[k, d] * grad_phi[e]
+                    velocity_gradient[d, e] += cell[k, d] * grad_phi[e]
         for d in range(dim):
             if velocity:
                 v[p, d] = flip * (v[p, d] + dt * increment[d]) + (1.0 - flip) * interpolated[d]
             if position:
                 x[p, d] += dt * interpolated[d]
         if strain and V0[p] > 0.0:
-            V[p] = V0[p] * deform(phi.axes, velocity_gradient, dt, F, L, p)
+            J = deform(phi.axes, velocity_gradient, dt, F, L, F_p, p)
+            V[p] = V0[p] * J
+            for d in range(dim):
+                for e in range(dim):
+                    sigma_p[d, e] = sigma[p, d, e]
+            cauchy_stress(law, phi.axes, F_p, velocity_gradient, dt, state[p], sigma_p)
+            for d in range(dim):
+                for e in range(dim):
+                    sigma[p, d, e] = sigma_p[d, e]
 
 
-@kernel
-def deform(axes, velocity_gradient, dt, F, L, p):  # type: ignore[no-untyped-def]
-    """Update F of one particle, and L where it is kept; returns det F."""
-    increment, old, new = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
+@inlined
+def deform(axes, velocity_gradient, dt, F, L, F_p, p):  # type: ignore[no-untyped-def]
+    """Update F of one particle, with a copy in `F_p`, and L where it is kept; returns det F."""
+    increment, old = matrix(axes, axes), matrix(axes, axes)
     for d in range(len(axes)):
         for e in range(len(axes)):
             increment[d, e] = dt * velocity_gradient[d, e] + (1.0 if d == e else 0.0)
             old[d, e] = F[p, d, e]
-    if L.shape[0] > 0:
-        for d in range(len(axes)):
-            for e in range(len(axes)):
+            if L.shape[0] > 0:
                 L[p, d, e] = velocity_gradient[d, e]
-    multiply(axes, increment, old, new)
+    multiply(axes, increment, old, F_p)
     for d in range(len(axes)):
         for e in range(len(axes)):
-            F[p, d, e] = new[d, e]
-    return determinant(axes, new)
+            F[p, d, e] = F_p[d, e]
+    return determinant(axes, F_p)
 
 
-@kernel
-def update_stress(law, axes, F, L, dt, state, V0, sigma, start, stop):  # type: ignore[no-untyped-def]
-    """Cauchy stress of particles start to stop from their deformation gradients and history."""
-    F_p, L_p, sigma_p = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
-    for d in range(len(axes)):
-        for e in range(len(axes)):
-            L_p[d, e] = 0.0
-    for p in range(start, stop):
-        if V0[p] == 0.0:
-            continue
-        for d in range(len(axes)):
-            for e in range(len(axes)):
-                F_p[d, e], sigma_p[d, e] = F[p, d, e], sigma[p, d, e]
-        if L.shape[0] > 0:
-            for d in range(len(axes)):
-                for e in range(len(axes)):
-                    L_p[d, e] = L[p, d, e]
-        cauchy_stress(law, axes, F_p, L_p, dt, state[p], sigma_p)
-        for d in range(len(axes)):
-            for e in range(len(axes)):
-                sigma[p, d, e] = sigma_p[d, e]
+@lean
+def velocity_gradients(phi, x, v_i, L):  # type: ignore[no-untyped-def]
+    """``L_p = sum_i v_i (x) grad phi_i`` of all particles."""
+    work, grad_phi = scratch(phi), vector(phi.axes)
+    L[:] = 0.0
+    for p in range(x.shape[0]):
+        at = locate(phi, x, p, work)
+        for k in range(count(phi, at)):
+            value(phi, at, k, work, grad_phi)
+            i = index(phi, at, k)
+            for d in range(len(phi.axes)):
+                for e in range(len(phi.axes)):
+                    L[p, d, e] += v_i[i, d] * grad_phi[e]
 
 
 @kernel

@@ -22,11 +22,6 @@ def scratch(phi: Any) -> Any:
     raise NotImplementedError
 
 
-def width(phi: Any) -> int:
-    """Largest number of functions at any point."""
-    raise NotImplementedError
-
-
 def locate(phi: Any, x: np.ndarray, p: int, work: Any) -> int:
     """Prepare the functions at point `p` of `x`; points with the same answer have the same nodes (a grid cell)."""
     raise NotImplementedError
@@ -70,6 +65,11 @@ class Stencils(NamedTuple):
     phi: np.ndarray
     grad_phi: np.ndarray
 
+    @property
+    def width(self) -> int:
+        """Largest number of functions at any point."""
+        return int(self.index.shape[1])
+
     @classmethod
     def empty(cls, points: int, width: int, dimension: int) -> "Stencils":
         """Room for `points` points with up to `width` functions each."""
@@ -99,11 +99,6 @@ class Stencils(NamedTuple):
 @implements(scratch, Stencils)
 def _scratch(phi):  # type: ignore[no-untyped-def]
     return 0
-
-
-@implements(width, Stencils)
-def _width(phi):  # type: ignore[no-untyped-def]
-    return phi.index.shape[1]
 
 
 @implements(locate, Stencils)

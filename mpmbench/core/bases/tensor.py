@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mpmbench.core.bases.handle import Stencils, count, index, locate, scratch, value, width
+from mpmbench.core.bases.handle import Stencils, count, index, locate, scratch, value
 from mpmbench.core.compiled import implements, kernel, matrix, vector
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box, tensor_points
@@ -44,23 +44,23 @@ class TensorGrid(NamedTuple):
     inverse_width: np.ndarray
     coefficients: np.ndarray
 
+    @property
+    def width(self) -> int:
+        """Number of functions at any point."""
+        return len(self.order) ** len(self.axes)
+
 
 @implements(scratch, TensorGrid)
 def _scratch(grid):  # type: ignore[no-untyped-def]
     return matrix(grid.axes, grid.order), matrix(grid.axes, grid.order)
 
 
-@implements(width, TensorGrid)
-def _width(grid):  # type: ignore[no-untyped-def]
+@implements(count, TensorGrid)
+def _count(grid, at):  # type: ignore[no-untyped-def]
     functions = 1
     for _ in range(len(grid.axes)):
         functions *= len(grid.order)
     return functions
-
-
-@implements(count, TensorGrid)
-def _count(grid, at):  # type: ignore[no-untyped-def]
-    return width(grid)
 
 
 @implements(locate, TensorGrid)

@@ -23,7 +23,6 @@ def step(s: State, dt: float) -> None:
     if choices.stress_update == "usf":
         project_velocity(s)
         update_particles(s, dt, strain=True)
-        update_stress(s, dt)
     s.sums(s.basis.handle, p.x, p.m, p.v, p.V, p.sigma, n.m, n.q, n.f_internal)  # Eqs. 17, 20, 21
     external_force(s)
     np.add(n.f_internal, n.f_external, out=n.f)
@@ -41,7 +40,7 @@ def step(s: State, dt: float) -> None:
     s.external_work += dt * float(np.vdot(n.f_external, n.v)) + reaction_work(s, dt)
 
     if choices.stress_update == "usl":
-        update_particles(s, dt, velocity=True, strain=True, position=True)  # Eqs. 26-30, 52-55, 96-99
+        update_particles(s, dt, velocity=True, strain=True, position=True)  # Eqs. 26-30, 52-55, 96-99, step 10
     else:
         update_particles(s, dt, velocity=True)  # Eq. 27
         if choices.stress_update == "musl":
@@ -52,28 +51,18 @@ def step(s: State, dt: float) -> None:
         update_particles(s, dt, position=True)  # Eq. 26
     if choices.moving and not choices.frozen:
         s.basis.move(np.multiply(n.v, dt, out=n.q))  # Eqs. 51, 95
-    if choices.stress_update != "usf":
-        update_stress(s, dt)  # step 10
     s.time += dt
 
 
 def update_particles(s: State, dt: float, velocity: bool = False, strain: bool = False, position: bool = False) -> None:
     """Carry nodal velocities and accelerations to the particles (`transfer.g2p`)."""
     p, n, flip = s.particles, s.nodes, s.choices.flip_weight
-    arrays = s.basis.handle, p.x, p.v, p.F, p.L, p.V, p.V0, n.v, n.a
+    arrays = p.x, p.v, p.F, p.L, p.V, p.V0, p.state, p.sigma, n.v, n.a
+    s.cells = transfer.at_least(s.cells, s.basis.handle.width)
 
-    def part(_: int, start: int, stop: int) -> None:
-        transfer.g2p(*arrays, flip, dt, velocity, strain, position, start, stop)
-
-    threads.run(part, len(p.x))
-
-
-def update_stress(s: State, dt: float) -> None:
-    """Stresses from the deformation gradients."""
-    p = s.particles
-
-    def part(_: int, start: int, stop: int) -> None:
-        transfer.update_stress(s.law, s.axes, p.F, p.L, dt, p.state, p.V0, p.sigma, start, stop)
+    def part(c: int, start: int, stop: int) -> None:
+        switches = velocity, strain, position
+        transfer.g2p(s.basis.handle, s.law, *arrays, flip, dt, *switches, s.cells[c], start, stop)
 
     threads.run(part, len(p.x))
 

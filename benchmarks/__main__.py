@@ -1,0 +1,136 @@
+"""Print the speed of the explicit core. Run on a quiet machine: ``python -m benchmarks [SECTION...]``."""
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from statistics import median
+from time import perf_counter
+
+import numpy as np
+
+from benchmarks.measure import REPEATS, interleaved, plate
+from benchmarks.reference_numpy import numpy_step
+from mpmbench.core import registry, threads
+from mpmbench.core.bases.tensor import TensorSpline
+from mpmbench.core.geometry import Box, Cloud
+from mpmbench.core.methods.explicit import step
+from mpmbench.runs import case, compose
+
+TIME_STEP = 1e-6  # [s], stable on the finest grid below
+
+
+def particle_updates() -> None:
+    """Millions of whole steps of one particle per CPU-second, against numpy in the same run."""
+    print("Particle updates, 10^6 per CPU-second: MPM lumped, plate without body force, 16 particles per cell")
+    print(f"{'basis':10} {'nodes a side':>12} {'1 thread':>9} {'2 threads':>10} {'np.add.at':>10} {'ratio':>7}")
+    for basis in ("linear", "bspline"):
+        for nodes in (33, 129, 513):
+            state = plate(basis, nodes - 1)
+            particles = len(state.particles.x)
+
+            def on(n: int, state=state) -> Callable[[], None]:  # type: ignore[no-untyped-def]
+                def task() -> None:
+                    threads.use(n)
+                    step(state, TIME_STEP)
+
+                return task
+
+            tasks = {"1": on(1), "2": on(2)}
+            if nodes == 129:
+                twin = plate(basis, nodes - 1)
+                assert isinstance(twin.basis, TensorSpline)
+                spline = twin.basis
+                tasks["numpy"] = lambda twin=twin, spline=spline: numpy_step(twin, spline, TIME_STEP)  # type: ignore[misc]
+            seconds = interleaved(tasks)
+            rate = {name: particles / value / 1e6 for name, value in seconds.items()}
+            numpy_rate = f"{rate['numpy']:10.2f} {rate['1'] / rate['numpy']:7.1f}" if "numpy" in rate else ""
+            print(f"{basis:10} {nodes:12} {rate['1']:9.1f} {rate['2']:10.1f} {numpy_rate}")
+    threads.use(1)
+
+
+def evaluations() -> None:
+    """Nanoseconds for all values and gradients at one point, 2D, 65 x 65 nodes, 16 points per cell."""
+    print("\nEvaluation of values and gradients in 2D, ns per point (ratio to the quadratic B-spline)")
+    cells = 64
+    box = Box((0.0, 0.0), (1.0, 1.0), (cells, cells))
+    rng = np.random.default_rng(0)
+    jittered = box.nodes()
+    inner = np.all((jittered > 0.01) & (jittered < 0.99), axis=1)
+    jittered[inner] += rng.uniform(-0.2, 0.2, (int(inner.sum()), 2)) / cells
+    points, _ = registry.get("problem", "plate_axis_aligned")().seed(cells, 16)
+    tasks = {}
+    for name, plugin, settings, geometry in (
+        ("bspline degree 2", "bspline", {}, box),
+        ("linear", "linear", {}, box),
+        ("bspline degree 3", "bspline", {"degree": 3}, box),
+        ("maxent cubic prior, grid", "maxent", {}, box),
+        ("lme gamma 1.8, arbitrary cloud", "lme", {}, Cloud(jittered)),
+        ("mls, arbitrary cloud", "mls", {}, Cloud(jittered)),
+    ):
+        basis = registry.get("basis", plugin)(**settings).build(geometry, len(points), False)
+        tasks[name] = evaluation(basis, points)
+    seconds = interleaved(tasks)
+    for name, value in seconds.items():
+        print(f"{name:32} {value / len(points) * 1e9:8.1f} {value / seconds['bspline degree 2']:7.1f}")
+
+
+def evaluation(basis, points: np.ndarray) -> Callable[[], object]:  # type: ignore[no-untyped-def]
+    """A task that computes every function once: kept on the fly on grids, stored on clouds."""
+    if isinstance(basis, TensorSpline):
+        from benchmarks.sweep import evaluate_all
+
+        return lambda: evaluate_all(basis.handle, points)
+    return lambda: basis.locate(points)
+
+
+def consistent_mass() -> None:
+    """What a consistent mass costs, in steps of the lumped one."""
+    print("\nConsistent over lumped step, 129 x 129 nodes")
+    for basis in ("linear", "bspline"):
+        lumped, consistent = plate(basis, 128), plate(basis, 128, "consistent")
+        seconds = interleaved(
+            {"lumped": lambda s=lumped: step(s, TIME_STEP), "consistent": lambda s=consistent: step(s, TIME_STEP)}  # type: ignore[misc]
+        )
+        print(f"{basis:10} {seconds['consistent'] / seconds['lumped']:6.1f}")
+
+
+def bar() -> None:
+    """Benchmark 8.1 as a user runs it: the solver's own clock."""
+    print("\nbar_fixed_ends, MPM linear lumped, 512 nodes, 12 particles per cell")
+    (config, _), *_ = compose.compose_many([["resolution=511"]])
+    times = []
+    for _ in range(REPEATS):
+        result = case.solve(config)
+        times.append(float(result["solver_time"]) / int(result["steps"]) / int(result["n_particles"]))
+    print(f"{median(times) * 1e9:8.1f} ns per particle and step")
+
+
+def start_up() -> None:
+    """Wall-clock seconds of whole commands, the first with an empty kernel cache."""
+    print("\nStart-up, wall-clock seconds")
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "mpmbench", "rerun=all", f"output_dir={folder}/results"]
+        environment = {**__import__("os").environ, "XDG_CACHE_HOME": f"{folder}/cache"}
+        print(f"first run, compiling           {seconds_of(command, environment):6.2f}")
+        print(f"second run                     {median(seconds_of(command, environment) for _ in range(5)):6.2f}")
+        for arguments in (["--help"], ["list"], ["--cfg", "job"]):
+            line = [sys.executable, "-m", "mpmbench", *arguments]
+            print(f"{' '.join(arguments):30} {median(seconds_of(line, environment) for _ in range(5)):6.2f}")
+
+
+def seconds_of(command: list[str], environment: dict[str, str]) -> float:
+    start = perf_counter()
+    subprocess.run(command, env=environment, check=True, stdout=subprocess.DEVNULL)
+    return perf_counter() - start
+
+
+SECTIONS = {f.__name__: f for f in (particle_updates, evaluations, consistent_mass, bar, start_up)}
+
+if __name__ == "__main__":
+    chosen = sys.argv[1:] or list(SECTIONS)
+    unknown = [name for name in chosen if name not in SECTIONS]
+    if unknown:
+        sys.exit(f"unknown section {unknown[0]!r}; there are {', '.join(SECTIONS)}")
+    for name in chosen:
+        SECTIONS[name]()
