@@ -3,15 +3,18 @@
 from typing import Protocol
 
 import numpy as np
+from scipy.linalg import eigvals_banded
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.compiled import kernel
-from mpmbench.core.mass_band import BandMass, bandwidth
+from mpmbench.core.errors import BrokeDown
+from mpmbench.core.mass_band import BandMass, assemble_band, bandwidth
 from mpmbench.core.mass_sparse import DirectMass, SparseMass
 from mpmbench.core.methods import Choices
 from mpmbench.core.particles import Particles
 
 WIDEST_BAND = 40  # beyond it conjugate gradients cost less than a banded factorisation in every step
+SMALLEST_EIGENVALUE = 0.03  # of a mass matrix over its row sums; a zigzag that no particle sees has next to no mass
 DIRECT_NODES = 40_000  # a constant matrix up to this size is factorised once
 
 
@@ -47,12 +50,44 @@ def make_mass(choices: Choices, fixed: np.ndarray, basis: Basis, p: Particles) -
     if choices.mass == "lumped":
         return LumpedMass(fixed, choices.mass_cutoff)
     basis.locate(p.x)
-    if bandwidth(basis.handle, p.x) <= WIDEST_BAND:
+    widest = bandwidth(basis.handle, p.x)
+    if widest <= WIDEST_BAND:
+        refuse_too_few_particles(basis, p, fixed, widest)
         return BandMass(fixed, choices.mass_cutoff)
     constant = getattr(basis, "constant_values", False)
     if constant and len(basis.nodes) <= DIRECT_NODES:
         return DirectMass(fixed, choices.mass_cutoff)
     return SparseMass(fixed, choices.mass_cutoff)
+
+
+def refuse_too_few_particles(basis: Basis, p: Particles, fixed: np.ndarray, widest: int) -> None:
+    """Refuse fewer particles than nodes where a combination of nodal values is nearly zero at all of them.
+
+    Held end nodes alone make such a matrix regular; its smallest eigenvalue still falls with the square of the spacing.
+
+    Raises
+    ------
+    BrokeDown
+    """
+    band = np.zeros((len(fixed), widest + 1))
+    assemble_band(basis.handle, p.x, p.m, band)
+    active = np.flatnonzero((band[:, 0] > 0.0) & ~fixed[:, 0])
+    nodes, particles = int(np.count_nonzero(band[:, 0] > 0.0)), len(p.x) - p.tracers
+    if particles >= nodes or len(active) == 0:
+        return
+    full = np.zeros((len(fixed), len(fixed)))
+    for k in range(widest + 1):
+        full[np.arange(k, len(fixed)), np.arange(len(fixed) - k)] = band[k:, k]
+    full += np.tril(full, -1).T
+    scale = 1.0 / np.sqrt(full.sum(axis=1)[active])
+    matrix = full[np.ix_(active, active)] * scale * scale[:, None]
+    lower = np.array([np.append(np.diag(matrix, -k), np.zeros(k)) for k in range(min(widest + 1, len(active)))])
+    smallest = float(eigvals_banded(lower, lower=True, select="i", select_range=(0, 0))[0])
+    if smallest < SMALLEST_EIGENVALUE:
+        raise BrokeDown(
+            f"singular consistent mass matrix: {nodes} nodes and only {particles} particles leave a zigzag of the nodes "
+            f"with {max(smallest, 0.0):.1e} of its mass; use more particles per cell, or lumped mass"
+        )
 
 
 class LumpedMass:
