@@ -1,7 +1,7 @@
 """The yardstick: one explicit MPM step in two dimensions, written with whole-array numpy and ``np.add.at``.
 
-The same algorithm as the compiled loop (lumped mass, FLIP, update stress last, neo-Hookean), the same open B-splines, the
-same particles; the benchmark checks that both give the same result.
+The same algorithm as the compiled loop (lumped mass, FLIP, update stress last, neo-Hookean), the same open B-splines,
+the same particles; the benchmark checks that both give the same result.
 """
 
 import numpy as np

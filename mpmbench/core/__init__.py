@@ -1,1 +1,1 @@
-"""The solver: plain arrays in, plain arrays out. Knows nothing of configuration files, result files or the command line."""
+"""The solver: plain arrays in, plain arrays out. Knows nothing of configuration, files or the command line."""

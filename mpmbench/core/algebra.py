@@ -5,6 +5,7 @@ from mpmbench.core.compiled import inlined
 
 @inlined
 def determinant(axes, A):  # type: ignore[no-untyped-def]
+    """``det A``."""
     if len(axes) == 1:
         return A[0, 0]
     if len(axes) == 2:

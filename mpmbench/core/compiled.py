@@ -1,4 +1,4 @@
-"""What every compiled kernel shares: the decorator, dispatch on the type of a small tuple, and small arrays on the stack.
+"""What every compiled kernel shares: decorators, dispatch on the type of a small tuple, small arrays on the stack.
 
 The number of dimensions reaches a kernel as the length of a tuple, which numba knows when it compiles: loops over it
 unroll, and one text serves 1D, 2D and 3D.
@@ -15,7 +15,7 @@ from numba.np.arrayobj import make_array, populate_array
 
 # "contract" permits fused multiply-add; nothing that reorders sums, so that a result does not depend on unrolling.
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "cache": True, "nogil": True}
-INLINED = {key: OPTIONS[key] for key in ("error_model", "fastmath")} | {"_nrt": False, "forceinline": True}
+INLINED: Any = {key: OPTIONS[key] for key in ("error_model", "fastmath")} | {"_nrt": False, "forceinline": True}
 
 
 def kernel(function: Callable[..., Any]) -> Any:
@@ -40,8 +40,8 @@ def inlined(function: Callable[..., Any]) -> Any:
 def implements(stub: Callable[..., Any], handle: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Decorate a function as the version of `stub` for handles (NamedTuples) of the given class.
 
-    The function cannot allocate (see `lean`). A kernel that calls `stub(handle, ...)` is compiled once per handle class and reaches the disk cache, which a
-    function passed as an argument never does.
+    A kernel that calls `stub(handle, ...)` is compiled once per handle class and reaches the disk cache, which a
+    function passed as an argument never does. The function cannot allocate (see `lean`).
     """
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -85,8 +85,8 @@ def refuse_too_few_particles(basis: Basis, p: Particles, fixed: np.ndarray, wide
     smallest = float(eigvals_banded(lower, lower=True, select="i", select_range=(0, 0))[0])
     if smallest < SMALLEST_EIGENVALUE:
         raise BrokeDown(
-            f"singular consistent mass matrix: {nodes} nodes and only {particles} particles leave a zigzag of the nodes "
-            f"with {max(smallest, 0.0):.1e} of its mass; use more particles per cell, or lumped mass"
+            f"singular consistent mass matrix: {nodes} nodes and only {particles} particles leave a zigzag of the "
+            f"nodes with {max(smallest, 0.0):.1e} of its mass; use more particles per cell, or lumped mass"
         )
 
 

@@ -1,12 +1,12 @@
 """The consistent mass matrix in rows of equal width, by conjugate gradients or (where it is constant) factorised once.
 
-Row i holds ``values[i, :]`` in ``columns[i, :]``, ascending, its diagonal at ``diagonal[i]``; unused places have the value 0.
+Row i holds ``values[i, :]`` in ``columns[i, :]``, ascending, its diagonal at ``diagonal[i]``; unused places hold 0.
 On tensor grids the place of a pair in its row depends only on the two functions, so assembly is plain arithmetic.
 """
 
 import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import Stencils, count, index, locate, scratch, value
@@ -213,7 +213,8 @@ class DirectMass(SparseMass):
         rows = np.repeat(np.arange(n), self.columns.shape[1])
         used = self.values.ravel() != 0.0
         matrix = csr_matrix((self.values.ravel()[used], (rows[used], self.columns.ravel()[used])), shape=(n, n))
-        self._coupling, self._factors = [], []
+        self._coupling: list[csr_matrix] = []
+        self._factors: list[SuperLU] = []
         for d in range(self.fixed.shape[1]):
             free = self.free[:, d]
             if d > 0 and np.array_equal(free, self.free[:, d - 1]):

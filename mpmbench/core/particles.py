@@ -70,11 +70,16 @@ class Particles:
         points = np.vstack([X, tracers]) if tracers is not None and len(tracers) else np.array(X)
         n, dim = points.shape
         extra = n - len(X)
-        arrays = cls(
-            *one_block((n, dim), (n, dim), (n, dim), (n, dim, dim), (n if rate else 0, dim, dim), (n, dim, dim)),
-            *one_block((n,), (n,), (n,), (n, dim), (n, history)),
-            tracers=extra,
+        X_, x, v, F, L, sigma, V0_, V, m, b, state = one_block(
+            *((n, dim),) * 3,
+            (n, dim, dim),
+            (n if rate else 0, dim, dim),
+            (n, dim, dim),
+            *((n,),) * 3,
+            (n, dim),
+            (n, history),
         )
+        arrays = cls(X_, x, v, F, L, sigma, V0_, V, m, b, state, extra)
         arrays.X[:], arrays.x[:] = points, points
         arrays.F[:] = np.eye(dim)
         arrays.V0[: len(X)], arrays.V[: len(X)] = V0, V0

@@ -66,7 +66,8 @@ def plugin_folders() -> list[Path]:
     folders = [Path(part).resolve() for part in os.environ.get("MPMBENCH_PLUGINS", "").split(os.pathsep) if part]
     for entry in entry_points(group="mpmbench.plugins"):
         spec = importlib.util.find_spec(entry.value)
-        folders.extend(Path(place).resolve() for place in (spec.submodule_search_locations or []) if spec)
+        places = spec.submodule_search_locations if spec is not None else None
+        folders.extend(Path(place).resolve() for place in places or [])
     return folders
 
 

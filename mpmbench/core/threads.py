@@ -1,11 +1,12 @@
 """Work on particles in chunks, on one thread or several, with the same bits for any number of threads.
 
-The division into chunks depends on the number of particles only, and each chunk adds to sums of its own, which are added
-up in a fixed order. Kernels release the interpreter's lock, so plain threads serve: nothing is compiled twice.
+The division into chunks depends on the number of particles only, and each chunk adds to sums of its own, which are
+added up in a fixed order. Kernels release the interpreter's lock, so plain threads serve: nothing is compiled twice.
 """
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 
 SMALLEST_CHUNK = 8192  # particles; below twice that there is one chunk
 MOST_CHUNKS = 8
@@ -24,7 +25,7 @@ def chunks(particles: int) -> list[tuple[int, int]]:
     """Ranges of particles, which do not depend on the number of threads."""
     n = min(MOST_CHUNKS, max(1, particles // SMALLEST_CHUNK))
     bounds = [particles * c // n for c in range(n + 1)]
-    return list(zip(bounds[:-1], bounds[1:], strict=True))
+    return list(pairwise(bounds))
 
 
 def run(task: Callable[[int, int, int], None], particles: int) -> None:

@@ -1,7 +1,7 @@
 """Sums between particles and nodes, for any basis and any number of dimensions.
 
-Shapes: nodal arrays (N,) and (N, dim), particle arrays (P,), (P, dim) and (P, dim, dim). Particles of the same grid cell
-that follow each other share the values of their nodes: they are read once and added once per cell.
+Shapes: nodal arrays (N,) and (N, dim), particle arrays (P,), (P, dim) and (P, dim, dim). Particles of the same grid
+cell that follow each other share the values of their nodes: they are read once and added once per cell.
 """
 
 import numpy as np
@@ -48,9 +48,10 @@ def at_least(cells: np.ndarray, width: int) -> np.ndarray:
 
 @lean
 def p2g(phi, x, m, v, V, sigma, sums, cell, touched, start, stop):  # type: ignore[no-untyped-def]
-    """Add mass, momentum and internal force of particles start to stop to ``sums[i] = (m, q, f)``, shape (N, 1 + 2 dim).
+    """Add mass, momentum and internal force of particles start to stop to ``sums[i] = (m, q, f)``.
 
-    `cell` holds the same for the functions of one cell; `touched` returns the range of node numbers that were added to.
+    `sums` has the shape (N, 1 + 2 dim); `cell` holds the same for the functions of one cell; `touched` returns the
+    range of node numbers that were added to.
     """
     dim = len(phi.axes)
     work, grad_phi, momentum, stress = scratch(phi), vector(phi.axes), vector(phi.axes), matrix(phi.axes, phi.axes)
@@ -143,7 +144,9 @@ def p2g_internal_force(phi, x, V, sigma, f_i):  # type: ignore[no-untyped-def]
 
 
 @lean
-def g2p(phi, law, x, v, F, L, V, V0, state, sigma, v_i, a_i, flip, dt, velocity, strain, position, cell, start, stop):  # type: ignore[no-untyped-def]
+def g2p(  # type: ignore[no-untyped-def]
+    phi, law, x, v, F, L, V, V0, state, sigma, v_i, a_i, flip, dt, velocity, strain, position, cell, start, stop
+):
     """Update particles start to stop from nodal velocities and accelerations; three switches say what is updated.
 
     velocity: ``v_p <- flip (v_p + dt sum_i phi_i a_i) + (1 - flip) sum_i phi_i v_i`` (Eqs. 27, 97; 67, 68)

@@ -1,5 +1,7 @@
-"""Benchmarks: one file per problem, in a fixed order: equations and source, parameters, geometry, initial and boundary
-conditions, exact solution, quantities of interest.
+"""Benchmarks: one file per problem.
+
+A file goes in a fixed order: equations and source, parameters, geometry, initial and boundary conditions, exact
+solution, quantities of interest.
 
 A plug-in is a dataclass of its parameters, registered with ``@register("problem", name)``, that fulfils `Problem`;
 `Defaults` fills in what a problem does not have.

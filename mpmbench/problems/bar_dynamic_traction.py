@@ -1,6 +1,6 @@
 """Neo-Hookean bar, fixed at one end and loaded by a point traction at the other (Wobbes 2020, section 8.2).
 
-``rho_0 u'' = P(F)_X`` on (0, l) with ``u(0) = 0``, ``P(F(l, t)) = tau(t) = A sin(pi t / l)``, at rest at t = 0; c = 1 m/s.
+``rho_0 u'' = P(F)_X`` on (0, l) with ``u(0) = 0`` and ``P(F(l, t)) = tau(t) = A sin(pi t / l)``, at rest at t = 0.
 The paper compares with the linear wave equation; the bar is nonlinear, and its simple wave is known exactly until it
 reaches the fixed end. The errata prescribe A < 0: compression first.
 """

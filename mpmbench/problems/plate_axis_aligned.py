@@ -1,7 +1,7 @@
 """Neo-Hookean plate in axis-aligned motion, a manufactured solution (Wobbes 2020, section 8.3).
 
-``u_i = A sin(2 pi X_i / l) s_i(t)`` with ``s_1 = sin(c pi t / l) = -s_2`` on the unit square in plane strain; the body force
-makes it a solution of the momentum balance. Rollers on all sides: clamping, as the paper says, gives 37 % error.
+``u_i = A sin(2 pi X_i / l) s_i(t)`` with ``s_1 = sin(c pi t / l) = -s_2`` on the unit square in plane strain; the body
+force makes it a solution of the momentum balance. Rollers on all sides: clamping, as the paper says, gives 37 % error.
 """
 
 from dataclasses import dataclass
@@ -76,7 +76,8 @@ class PlateAxisAligned(Problem):
         if not self.body_force:
             return Loads()
         lame, shear = material.lame_parameters()
-        omega, l, A, rho = self._frequency(material), self.reference_length, self.displacement_amplitude, material.density
+        l, A, rho = self.reference_length, self.displacement_amplitude, material.density
+        omega = self._frequency(material)
 
         def body_force(X: np.ndarray, t: float, b: np.ndarray) -> None:
             manufactured_force(X, A, l, float(np.sin(omega * t)), rho, lame, shear, (rho * (omega * l / np.pi) ** 2), b)
@@ -111,7 +112,7 @@ class PlateAxisAligned(Problem):
 
 @kernel
 def manufactured_force(X, A, length, s, rho, lame, shear, young, b):  # type: ignore[no-untyped-def]
-    """``b_i = (pi^2 u_i / (rho_0 l^2)) {(4 / F_i^2) [lambda (1 - ln J) + mu (1 + F_i^2)] - E}``; s is sin(c pi t / l)."""
+    """``b_i = (pi^2 u_i/(rho_0 l^2)) {(4/F_i^2) [lambda (1 - ln J) + mu (1 + F_i^2)] - E}``; s is sin(c pi t/l)."""
     k = 2.0 * np.pi / length
     for p in range(X.shape[0]):
         F_1 = 1.0 + k * A * np.cos(k * X[p, 0]) * s

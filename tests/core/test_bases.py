@@ -1,4 +1,4 @@
-"""The invariants of every registered basis, in every dimension that it claims: each promise tested in both directions."""
+"""The invariants of every registered basis, in every dimension it claims: each promise tested in both directions."""
 
 import numpy as np
 import pytest

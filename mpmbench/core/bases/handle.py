@@ -61,7 +61,7 @@ class Stencils(NamedTuple):
 
     axes: tuple[float, ...]
     size: np.ndarray
-    index: np.ndarray
+    index: np.ndarray  # type: ignore[assignment]
     phi: np.ndarray
     grad_phi: np.ndarray
 

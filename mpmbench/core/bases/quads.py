@@ -97,7 +97,7 @@ class MovingQuads:
             raise BrokeDown(f"the cell of particle {bad} is turned inside out")
 
     def _find(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Cell and parametric coordinates of points: by division, or by Newton's method in each cell that could hold one."""
+        """Cell and parametric coordinates: by division, or by Newton's method in each cell that could hold a point."""
         if self.box is not None:
             place = (x - np.array(self.box.lower)) / self.box.spacing
             number = np.clip(np.floor(place).astype(np.int64), 0, np.array(self.box.cells) - 1)
