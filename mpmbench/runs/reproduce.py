@@ -16,6 +16,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from mpmbench.runs import bisect
 from mpmbench.runs.display import shorten
 from mpmbench.runs.schema import PACKAGE, BadInput, did_you_mean, experiments, read_yaml, shipped_folder
 
@@ -146,21 +147,35 @@ def run(experiment: Experiment, pairs: list[str]) -> None:
     if experiment.plugins:
         known = [part for part in environment.get("MPMBENCH_PLUGINS", "").split(os.pathsep) if part]
         environment["MPMBENCH_PLUGINS"] = os.pathsep.join([*known, str(experiment.plugins)])
-    name, results = f"experiments={experiment.name}", []
-    # Each of them leaves its report to the paper's, and a failure is listed once, at the end.
-    command = [sys.executable, "-m", "mpmbench", name, *pairs, "report=false"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
-    assert process.stdout is not None
-    for line in process.stdout:
-        if line.startswith("[") or line.startswith("mpmbench:") or " to run" in line:
-            print(f"{experiment.short:<14}{line}", end="", flush=True)
-        results.append(line)
-    code = process.wait()
-    if code == 2:
-        raise BadInput(f"reproduce {experiment.name}: {results[-1].strip() if results else 'bad input'}")
-    if code in (0, 1) and not list(without_result(experiment)):
+    # Each of them leaves the report to the paper's.
+    command = [sys.executable, "-m", "mpmbench", f"experiments={experiment.name}", *pairs, "report=false"]
+    sweep(experiment, command, environment)
+    bisection = bisect.asked_for(experiment.file)
+    while bisection and (cases := bisect.next_round(bisection, experiment.results)):
+        quoted = ",".join(f"'{case}'" for case in cases)
+        sweep(experiment, [*command, f"cases=[{quoted}]"], environment)
+    if not list(without_result(experiment)):
         stamp = json.dumps(fingerprint(experiment, pairs), indent=0)
         (experiment.results / STAMP).write_text(stamp + "\n", encoding="utf-8")
+
+
+def sweep(experiment: Experiment, command: list[str], environment: dict[str, str]) -> None:
+    """Start a sweep and pass its lines on.
+
+    Raises
+    ------
+    BadInput
+        With what the sweep says about its input.
+    """
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
+    assert process.stdout is not None
+    last = "bad input"
+    for line in process.stdout:
+        last = line.strip() or last
+        if line.startswith("[") or line.startswith("mpmbench:") or " to run" in line:
+            print(f"{experiment.short:<18}{line}", end="", flush=True)
+    if process.wait() == 2:
+        raise BadInput(f"reproduce {experiment.name}: {last.removeprefix('mpmbench: ')}")
 
 
 def without_result(experiment: Experiment) -> Iterable[str]:

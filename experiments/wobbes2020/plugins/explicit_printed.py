@@ -1,0 +1,50 @@
+"""The explicit time loop with an equation as it is printed, or with constraints as they are often imposed."""
+
+import numpy as np
+
+from mpmbench.core.bases import Basis
+from mpmbench.core.mass import Mass, make_mass
+from mpmbench.core.methods import explicit
+from mpmbench.core.particles import Particles
+from mpmbench.core.registry import register
+from mpmbench.core.state import State
+
+
+@register("method", "explicit_eq99")
+def compound_volumes(s: State, dt: float) -> None:
+    """One step with ``V^{s+1} = det(F^{s+1}) V^s``, Wobbes et al. 2020, Eq. 99, where V^0 belongs."""
+    before = s.particles.V.copy()
+    explicit.step(s, dt)
+    s.particles.V[:] = np.linalg.det(s.particles.F) * before
+
+
+@register("method", "explicit_late_constraints")
+def late_constraints(s: State, dt: float) -> None:
+    """One step in which constrained components are set to zero after the solve with the complete mass matrix."""
+    if not isinstance(s.mass, LateConstraints):
+        s.mass = LateConstraints(make_mass(s.choices, np.zeros_like(s.fixed), s.basis, s.particles), s.fixed)
+    explicit.step(s, dt)
+
+
+class LateConstraints:
+    """A mass matrix that keeps the rows and columns of constrained components (fulfils `Mass`)."""
+
+    def __init__(self, complete: Mass, fixed: np.ndarray) -> None:
+        self.complete, self.fixed = complete, fixed
+
+    def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
+        """Sum the complete matrix."""
+        self.complete.assemble(basis, p, m_i)
+
+    def multiply(self, a: np.ndarray) -> np.ndarray:
+        """``M a``."""
+        return self.complete.multiply(a)
+
+    def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
+        """Solve for all components, then set the constrained ones to zero."""
+        self.complete.solve(rhs, out)
+        out[self.fixed] = 0.0
+
+
+for loop in (compound_volumes, late_constraints):
+    loop.check = explicit.check  # type: ignore[attr-defined]

@@ -1,0 +1,94 @@
+"""What the chapters and claims on Wobbes et al. 2020 share: the paper's methods by name, and a few short cuts."""
+
+import json
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mpmbench.report import style
+from mpmbench.report.claims import Runs
+from mpmbench.report.papers.parts import Campaigns
+from mpmbench.report.records import Campaign, open_result
+from mpmbench.report.tables import Cell
+
+ERROR, STRESS, TIME = "error_displacement_rms", "error_stress_rms", "solver_time"
+RELATIVE, RELATIVE_STRESS = "error_displacement_relative", "error_stress_relative"
+
+# The paper's names and what they are here.
+METHODS: dict[str, dict[str, Any]] = {
+    "MPM-P1": {"method": "mpm", "basis": "linear"},
+    "OTM-P1": {"method": "otm", "basis": "linear"},
+    "MPM-maxent": {"method": "mpm", "basis": "maxent"},
+    "OTM-maxent": {"method": "otm", "basis": "maxent"},
+    "BSMPM": {"method": "mpm", "basis": "bspline"},
+    "unified": {"method": "unified", "basis": "bspline"},
+}
+MASS = {"MPM-P1": "lumped"}  # all others consistent
+MOVING = ("OTM-P1", "OTM-maxent", "unified")
+
+
+def method(name: str, **more: Any) -> dict[str, Any]:
+    """What a run of one of the paper's methods must match, its mass included."""
+    return METHODS[name] | {"mass": MASS.get(name, "consistent")} | more
+
+
+def fields(campaigns: Campaigns, campaign: str, *wanted: str, **match: Any) -> tuple[str, dict[str, np.ndarray]]:
+    """File of the one finished run that matches, and its variables; the last snapshot of those that have several.
+
+    Raises
+    ------
+    MissingRuns
+        When there is no such run, or it did not finish.
+    """
+    runs = Runs(campaigns)
+    runs.number(campaign, "steps", **match)
+    file = runs.evidence[-1].files[0]
+    found = campaigns[campaign].variables(file, wanted)
+    return file, {name: value if name == "position_initial" else value[-1] for name, value in found.items()}
+
+
+def repeats(campaign: Campaign, files: Iterable[str]) -> list[int]:
+    """Number of the repeat that each file holds: its seed, which has no other meaning here."""
+    numbers = []
+    for file in files:
+        with open_result(campaign.folder / file) as dataset:
+            numbers.append(int(json.loads(dataset.attrs["config"])["seed"]))
+    return numbers
+
+
+def derived(value: float | str, *files: str) -> Cell:
+    """A cell computed from the fields of some files."""
+    return Cell(value, tuple(dict.fromkeys(files)))
+
+
+def ratio(above: Cell, below: Cell) -> Cell:
+    """Quotient of two cells, empty unless both are numbers."""
+    known = isinstance(above.value, float) and isinstance(below.value, float) and below.value > 0
+    return Cell(above.value / below.value, above.files + below.files) if known else Cell()
+
+
+def panels(count: int, columns: int, height: float = 1.5, width: float = 2 * style.COLUMN) -> tuple[Figure, list[Axes]]:
+    """A figure two columns wide with panels that share their axes."""
+    rows = -(-count // columns)
+    figure = Figure(figsize=(width, 0.35 + height * rows), layout="constrained")
+    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    flat = list(grid.ravel())
+    for empty in flat[count:]:
+        empty.remove()
+    return figure, flat[:count]
+
+
+def single(height: float = 2.6, width: float = style.COLUMN) -> tuple[Figure, Axes]:
+    """A figure with one panel."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    return figure, figure.add_subplot()
+
+
+def scatter(axes: Axes, x: np.ndarray, y: np.ndarray, name: str) -> None:
+    """Particles in the colour of their method."""
+    axes.plot(
+        x, y, linestyle="none", marker=".", ms=2.0, mew=0, rasterized=True, color=style.colour(METHODS[name]["method"])
+    )
