@@ -1,4 +1,4 @@
-"""Node sets with triangulations: jittered lines, strips and cylinders, without slivers, and where particles go in them."""
+"""Node sets with triangulations, without slivers: jittered lines and strips, cylinders, and where particles go."""
 
 import math
 

@@ -1,8 +1,8 @@
-"""Isothermal plane shock in a compressible viscous fluid, in 1D, along a strip and along a cylinder (Li 2009, section 4.1).
+"""Isothermal plane shock in a viscous fluid, in 1D, along a strip and along a cylinder (Li 2009, section 4.1).
 
-``rho_0 phi'' = sigma_11,X`` with ``sigma_11 = K (J - 1/J) / 2 + (4 eta / 3) J' / J`` has the travelling wave (Eqs. 4.20-4.23,
-with + log 2) ``J = (J_a + J_b) / 2 + (J_a - J_b) / 2 tanh((X - C t) / (2 L))`` from J_b behind the shock to J_a ahead of it,
-``C^2 = K (1 + 1 / (J_a J_b)) / (2 rho_0)`` and ``L = 8 eta C J_a J_b / (3 K (J_a - J_b))``.
+``rho_0 phi'' = sigma_11,X`` with ``sigma_11 = K (J - 1/J) / 2 + (4 eta / 3) J' / J`` has the travelling wave
+``J = (J_a + J_b) / 2 + (J_a - J_b) / 2 tanh((X - C t) / (2 L))`` (Eqs. 4.20-4.23, with + log 2) from J_b behind the shock
+to J_a ahead of it, ``C^2 = K (1 + 1 / (J_a J_b)) / (2 rho_0)`` and ``L = 8 eta C J_a J_b / (3 K (J_a - J_b))``.
 """
 
 from collections.abc import Callable
@@ -44,7 +44,7 @@ class IsothermalShock(Problem):
     irregularity : float
         Nodes are displaced at random by up to this share of their spacing; the ends stay.
     particle_layout : {"auto", "midpoint", "barycentre", "nodes"}
-        Midpoints of sub-cells (auto in 1D), barycentres of a triangulation (auto in 2D and 3D), or the nodes themselves.
+        Midpoints of sub-cells (auto in 1D), barycentres of a triangulation (auto in 2D and 3D), or the nodes.
     random_seed : int
         Of the irregular nodes.
     """

@@ -1,4 +1,4 @@
-"""Piecewise linear functions: tensor products on fixed grids, and on moving segments, quads and hexahedra.
+"""Piecewise linear functions: tensor products on fixed grids, and on moving segments, quads, hexahedra and simplices.
 
 Wobbes 2020, Eqs. 75 and 76 with the slopes corrected to +1/(x_i - x_{i-1}) and -1/(x_{i+1} - x_i).
 """
@@ -8,6 +8,7 @@ from typing import ClassVar
 
 from mpmbench.core.bases import Basis, Promises
 from mpmbench.core.bases.quads import MovingQuads
+from mpmbench.core.bases.simplices import MovingSimplices
 from mpmbench.core.bases.tensor import TensorSpline
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Box, Geometry
@@ -23,5 +24,7 @@ class Linear:
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> Basis:
         if not isinstance(geometry, Box):
-            raise NotApplicable("linear on an unstructured set of nodes needs a triangulation")
+            if geometry.simplices is None:
+                raise NotApplicable("linear on an unstructured set of nodes needs a triangulation")
+            return MovingSimplices(geometry, particles)
         return MovingQuads(geometry, particles) if moving else TensorSpline(geometry, degree=1)
