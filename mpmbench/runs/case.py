@@ -11,6 +11,7 @@ import xarray as xr
 from mpmbench.analysis.norms import error_norms
 from mpmbench.core import registry, threads
 from mpmbench.core.bases import BasisSettings
+from mpmbench.core.compiled import has_version
 from mpmbench.core.errors import BadSetting, NotApplicable, SolverFailure, require
 from mpmbench.core.geometry import Box
 from mpmbench.core.materials import Material
@@ -65,6 +66,10 @@ def read(config: Config) -> Case:
         raise BadSetting("method.time", choices.time, "one of " + ", ".join(registry.names("method"))) from None
     getattr(step, "check", lambda _: None)(choices)
     getattr(case.basis, "check", lambda _: None)(choices)
+    needs = getattr(step, "needs", None)
+    if needs is not None and not has_version(needs, type(case.material.law)):
+        name = config["material"]["name"]
+        raise NotApplicable(f"method.time={choices.time} needs {needs.__name__}, which material={name} does not have")
     if dimension not in case.basis.promises.dimensions:
         raise NotApplicable(f"basis={case.basis_name} does not exist in {dimension}D")
     problem.check(case.material, choices, case.basis_name, resolution)
@@ -251,8 +256,11 @@ def _add_records(out: xr.Dataset, solution: Solution) -> None:
             table = np.full((len(rows), max(len(row) for row in rows)), np.nan)
             for step, row in enumerate(rows):
                 table[step, : len(row)] = row
-            out[name] = (("step", dim) if len(rows) == solution.steps else ("tried_step", dim), table)
+            out[name] = (("solution", dim), table)
             out[name].attrs = {"units": unit, "long_name": text}
+    if "newton_residual" in solution.records:
+        text = "number of steps that did not converge and were done in two halves"
+        out["halved_steps"] = ((), len(solution.records.get("halved_at", [])), {"units": "1", "long_name": text})
 
 
 def _add_snapshots(out: xr.Dataset, case: Case, p: Particles, X: np.ndarray, solution: Solution) -> None:

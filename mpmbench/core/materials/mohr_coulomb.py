@@ -1,8 +1,8 @@
 """Mohr-Coulomb plasticity at finite strain: Hencky elasticity and a return in principal Kirchhoff stresses.
 
 Tension is positive and ``tau_1 >= tau_2 >= tau_3``. The yield function is ``f = k tau_1 - tau_3 - s`` with
-``k = (1 + sin phi) / (1 - sin phi)`` and ``s = 2 c sqrt(k)``; the flow potential has the dilatancy angle in place of the
-friction angle. Trial stresses return to the plane, to one of its two edges, or to the apex (Clausen, Damkilde and
+``k = (1 + sin phi) / (1 - sin phi)`` and ``s = 2 c sqrt(k)``; the flow potential has the dilatancy angle in place of
+the friction angle. Trial stresses return to the plane, to one of its two edges, or to the apex (Clausen, Damkilde and
 Andersen 2006, 2007), exactly and in one step because everything is linear in logarithmic strains.
 """
 

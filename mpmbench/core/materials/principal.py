@@ -90,8 +90,8 @@ def assemble(values, vectors, axes, out):  # type: ignore[no-untyped-def]
 def spatial_moduli(axes, strain, tau, D, vectors, moduli):  # type: ignore[no-untyped-def]
     """Moduli of `kirchhoff_stress` from principal ones, ``D_AB = d tau_A / d strain_B``, geometric part included.
 
-    The shear terms ``(tau_A l_B^2 - tau_B l_A^2) / (l_A^2 - l_B^2)`` of equal stretches l = exp(strain) are taken in the
-    form ``(tau_A - tau_B) / D  D coth(D) / 2 - (tau_A + tau_B) / 2`` with ``D = strain_A - strain_B``, which has a limit.
+    The shear terms ``(tau_A l_B^2 - tau_B l_A^2) / (l_A^2 - l_B^2)`` with stretches l = exp(strain) are written as
+    ``(tau_A - tau_B) / g  g coth(g) / 2 - (tau_A + tau_B) / 2`` with ``g = strain_A - strain_B``, which has a limit.
     """
     dim = len(axes)
     for c in range(dim):

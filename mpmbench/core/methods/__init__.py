@@ -49,6 +49,8 @@ class Choices:
         Residual at which Newton's iteration ends, relative to the external force.
     max_iterations : int
         Newton's iterations per step.
+    step_halvings : int
+        How often a step that does not converge may be halved, and its halves again.
     line_search : bool
         Shorten steps that make the residual grow; those that turn a particle inside out always are.
     newmark_velocity, newmark_displacement : float
@@ -71,6 +73,7 @@ class Choices:
     ghost_stiffness: float = 0.0
     residual_tolerance: float = 1e-8
     max_iterations: int = 30
+    step_halvings: int = 6
     line_search: bool = True
     newmark_velocity: float = 0.5
     newmark_displacement: float = 0.25
@@ -91,6 +94,7 @@ class Choices:
         tolerance, zeta = self.residual_tolerance, self.newmark_displacement
         require(1e-14 <= tolerance < 1.0, "residual_tolerance", tolerance, "a number from 1e-14 to 1")
         require(self.max_iterations >= 1, "max_iterations", self.max_iterations, "a whole number >= 1")
+        require(0 <= self.step_halvings <= 20, "step_halvings", self.step_halvings, "a whole number from 0 to 20")
         velocity = self.newmark_velocity
         require(0.5 <= velocity <= 1.0, "newmark_velocity", velocity, "a number from 0.5 to 1")
         require(
@@ -110,8 +114,8 @@ class Choices:
     def conserves(self) -> frozenset[str]:
         """What the method conserves without constraints and loads, if the material lets it; audits compare.
 
-        Momentum always, by the partition of unity. Angular momentum exactly when ``sum_p m_p phi_i x_p = sum_j M_ij x_j``
-        is the matrix that is solved, which lumping is not. Energy is bounded unless a lumped projection filters the
+        Momentum always, by the partition of unity. Angular momentum exactly when the matrix that is solved is
+        that of ``sum_p m_p phi_i x_p = sum_j M_ij x_j``, which a lumped one is not. Energy is bounded unless a lumped projection filters the
         velocity of the particles (PIC) in every step.
         """
         kept = {"mass", "momentum"}

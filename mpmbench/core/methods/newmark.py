@@ -9,24 +9,23 @@ import numpy as np
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.implicit import assembly, check_choices
 from mpmbench.core.implicit.linear import factorise
+from mpmbench.core.implicit.newton import Equations, Inertia, equilibrate
 from mpmbench.core.implicit.step import (
-    Equations,
-    Inertia,
-    Workspace,
     convect,
-    equilibrate,
     external_force,
+    halve_when_needed,
     prepare,
     reaction,
     start_increment,
     work_of_loads,
 )
+from mpmbench.core.implicit.workspace import Workspace
+from mpmbench.core.materials import kirchhoff_stress
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
 
 
-@register("method", "newmark")
-def step(s: State, dt: float) -> None:
+def one_step(s: State, dt: float) -> None:
     """Advance the state by one step of size `dt` [s]."""
     p, n = s.particles, s.nodes
     velocity, displacement = s.choices.newmark_velocity, s.choices.newmark_displacement
@@ -118,4 +117,6 @@ def leave_out(w: Workspace, *fields: np.ndarray) -> None:
         field[unseen] = 0.0
 
 
+step = register("method", "newmark")(halve_when_needed(one_step))
 step.check = check_choices  # type: ignore[attr-defined]
+step.needs = kirchhoff_stress  # type: ignore[attr-defined]

@@ -5,22 +5,22 @@ whose particles are located anew after each load step.
 """
 
 from mpmbench.core.implicit import check_choices
+from mpmbench.core.implicit.newton import Equations, equilibrate
 from mpmbench.core.implicit.step import (
-    Equations,
     convect,
-    equilibrate,
     external_force,
+    halve_when_needed,
     prepare,
     reaction,
     start_increment,
     work_of_loads,
 )
+from mpmbench.core.materials import kirchhoff_stress
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
 
 
-@register("method", "static")
-def step(s: State, dt: float) -> None:
+def one_step(s: State, dt: float) -> None:
     """Find equilibrium with the loads at ``time + dt``."""
     w = prepare(s)
     external_force(s, w, s.time)
@@ -34,4 +34,6 @@ def step(s: State, dt: float) -> None:
     s.time += dt
 
 
+step = register("method", "static")(halve_when_needed(one_step))
 step.check = check_choices  # type: ignore[attr-defined]
+step.needs = kirchhoff_stress  # type: ignore[attr-defined]

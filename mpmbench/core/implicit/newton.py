@@ -1,0 +1,214 @@
+"""Newton's iteration for one step: residual and tangent, line search, and what to do when it fails."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mpmbench.core.errors import NotConverged
+from mpmbench.core.implicit import assembly
+from mpmbench.core.implicit.constraints import add_penalty
+from mpmbench.core.implicit.ghost import add_ghost
+from mpmbench.core.implicit.linear import factorise, product
+from mpmbench.core.implicit.workspace import Workspace
+from mpmbench.core.state import State
+
+STEP_LIMITS = (np.inf, 0.2, 0.1, 0.05)  # of Newton's steps in particle spacings, one attempt after the other
+SHORTEST_STEP = 2.0**-12  # a Newton step that must be shortened more than this leads nowhere
+SHORTEST_SEARCH = 0.1  # below this fraction of a step, the line search takes the best that it has seen
+GROWTH = 2.0  # from the second step on, the residual may grow by this factor; the first one may do as it likes
+
+
+@dataclass
+class Inertia:
+    """Newmark's accelerations ``a = coefficient du + start`` and the mass that they act on.
+
+    Attributes
+    ----------
+    coefficient : float
+        ``1 / (zeta dt^2)`` [1/s^2].
+    start : ndarray
+        The part that does not depend on the increment [m/s^2], shape (N, dim).
+    mass : ndarray
+        Consistent mass by blocks of the pattern [kg], shape (blocks,); lumped masses stand on the diagonal.
+    """
+
+    coefficient: float
+    start: np.ndarray
+    mass: np.ndarray
+
+
+class Equations:
+    """Residual and tangent of one step as functions of the increment du, shape (N, dim)."""
+
+    def __init__(self, s: State, w: Workspace, external: np.ndarray, dt: float, inertia: Inertia | None) -> None:
+        assert w.pattern is not None
+        self.s, self.w, self.external, self.inertia = s, w, external, inertia
+        self.pattern = w.pattern
+        dim = s.particles.dimension
+        self.internal = np.zeros_like(external)
+        self.blocks = np.zeros((len(self.pattern.column), dim, dim))
+        self.fixed = s.fixed[self.pattern.active] & (w.held is None)
+        lame, shear = s.material.lame_parameters()
+        self.young_modulus = shear * (3.0 * lame + 2.0 * shear) / (lame + shear)
+        if w.held is not None:
+            self.G = w.held.matrix(self.pattern, dim)
+            self.wanted = self._prescribed(s.time + dt)
+            self.penalty = self.young_modulus * (s.choices.penalty if s.choices.dirichlet == "penalty" else 1.0)
+
+    def multiplier(self) -> np.ndarray | None:
+        """Forces at the held points, shape (C,)."""
+        return None if self.w.held is None else self.w.held.multiplier.copy()
+
+    def start_again(self, multiplier: np.ndarray | None) -> None:
+        """Set the forces at the held points back."""
+        if self.w.held is not None and multiplier is not None:
+            self.w.held.multiplier = multiplier.copy()
+
+    def _prescribed(self, time: float) -> np.ndarray:
+        """Displacements that the held points should have [m], shape (C,)."""
+        held, motion = self.w.held, self.s.loads.prescribed_motion
+        assert held is not None
+        if motion is None:
+            return np.zeros(len(held.point))
+        return motion(held.X, time)[held.point, held.component]
+
+    def gap(self, du: np.ndarray) -> np.ndarray:
+        """Displacements of the held points less those that are wanted [m], shape (C,)."""
+        held = self.w.held
+        assert held is not None
+        moved = np.asarray(self.G @ du[self.pattern.active].ravel())
+        return held.u[held.point, held.component] + moved - self.wanted
+
+    def residual(self, du: np.ndarray) -> np.ndarray | None:
+        """``f_ext - f_int - M a`` less the forces at held points, at all nodes [N]; None when a particle is inverted.
+
+        The tangent at the same increment is left in `blocks`.
+        """
+        p, w, pattern = self.s.particles, self.w, self.pattern
+        self.internal[:], self.blocks[:] = 0.0, 0.0
+        iterate = w.F, w.state, w.tau, self.internal
+        inverted = assembly.equilibrium(
+            self.s.law, w.phi, p.V0, p.F, p.state, du, *iterate, True, pattern.slot, self.blocks
+        )
+        if inverted >= 0:
+            return None
+        residual = self.external - self.internal
+        if w.ghost is not None:
+            stiffness = self.s.choices.ghost_stiffness * self.young_modulus
+            ghost = np.zeros_like(residual)
+            add_ghost(w.phi, w.ghost.point, w.ghost.laplace, stiffness, du, ghost, True, pattern.slot, self.blocks)
+            residual -= ghost
+        if self.inertia is not None:
+            a = (self.inertia.coefficient * du + self.inertia.start)[pattern.active]
+            mass = self.inertia.mass
+            residual[pattern.active] -= product(pattern.start, pattern.column, mass, pattern.lower, a)
+            for d in range(du.shape[1]):
+                self.blocks[:, d, d] += self.inertia.coefficient * mass
+        if w.held is not None:
+            slot = pattern.slot[len(p.x) :]
+            add_penalty(w.held.phi, w.held.point, w.held.component, self.penalty, slot, self.blocks)
+            if self.s.choices.dirichlet == "penalty":
+                w.held.multiplier = self.penalty * self.gap(du)
+            residual[pattern.active] -= (self.G.T @ w.held.multiplier).reshape(-1, du.shape[1])
+        return residual
+
+    def correction(self, du: np.ndarray, residual: np.ndarray) -> np.ndarray:
+        """``K^-1 r``, shape (N, dim); multipliers are brought up to date."""
+        solve = factorise(self.pattern, self.blocks, self.fixed)
+        right = residual[self.pattern.active].ravel()
+        if self.w.held is not None and self.s.choices.dirichlet == "multipliers":
+            # the penalty G^T G in the matrix changes nothing on the constraint, and makes it definite
+            right = right - self.penalty * (self.G.T @ self.gap(du))
+            change, response = solve(right), solve(self.G.T.toarray())
+            force = np.linalg.solve(self.G @ response, self.G @ change + self.gap(du))
+            self.w.held.multiplier = self.w.held.multiplier + force
+            change -= response @ force
+        else:
+            change = solve(right)
+        out = np.zeros_like(residual)
+        out[self.pattern.active] = change.reshape(-1, residual.shape[1])
+        return out
+
+    def size(self, du: np.ndarray, residual: np.ndarray) -> float:
+        """Norm of the residual without the reactions, and of the gaps times Young's modulus [N]."""
+        norm = float(np.linalg.norm(residual[self.pattern.active][~self.fixed]))
+        if self.w.held is not None and self.s.choices.dirichlet == "multipliers":
+            norm = float(np.hypot(norm, self.young_modulus * np.linalg.norm(self.gap(du))))
+        return norm
+
+
+def equilibrate(s: State, equations: Equations, du: np.ndarray) -> np.ndarray:
+    """Newton's iteration from the increment `du`, which holds the prescribed motion; returns the residual.
+
+    Where it fails it starts again with shorter and shorter steps: from zero, the first step throws nodes that hardly
+    any particle holds far away. Norms relative to the external force are recorded.
+
+    Raises
+    ------
+    NotConverged
+        When the residual does not reach the tolerance.
+    """
+    start, multiplier = du.copy(), equations.multiplier()
+    spacing = float(np.median(s.particles.V0[s.particles.material])) ** (1.0 / s.particles.dimension)
+    for attempt, limit in enumerate(STEP_LIMITS):
+        du[:] = start
+        equations.start_again(multiplier)
+        try:
+            residual, norms = newton(s, equations, du, limit * spacing)
+        except NotConverged:
+            if attempt == len(STEP_LIMITS) - 1:
+                equations.start_again(multiplier)
+                raise
+        else:
+            s.record("newton_residual", norms)
+            return residual
+    raise AssertionError("the last attempt returns or raises")
+
+
+def newton(s: State, equations: Equations, du: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
+    """Newton's iteration with steps of at most `limit` [m]; returns the residual and the norms on the way.
+
+    A step that turns a particle inside out is halved; so is one that makes the residual grow, except the first: a
+    rotation makes membrane stress, which the second step removes.
+    """
+    residual = equations.residual(du)
+    if residual is None:
+        raise NotConverged("the prescribed motion of this step turns a particle inside out")
+    norms = [equations.size(du, residual)]
+    reference = float(np.linalg.norm(equations.external)) or max(norms[0], float(np.linalg.norm(equations.internal)))
+    while norms[-1] > s.choices.residual_tolerance * reference:
+        if len(norms) > s.choices.max_iterations:
+            raise NotConverged(
+                f"Newton's iteration: residual {norms[-1] / reference:.2e} of the external force after "
+                f"{s.choices.max_iterations} iterations; {s.choices.residual_tolerance:.1e} is wanted"
+            )
+        change = equations.correction(du, residual)
+        longest = float(np.abs(change).max())
+        if longest > limit:
+            change *= limit / longest
+        residual = search_line(equations, du, change, norms)
+        norms.append(equations.size(du, residual))
+    return residual, np.array(norms) / reference
+
+
+def search_line(equations: Equations, du: np.ndarray, change: np.ndarray, norms: list[float]) -> np.ndarray:
+    """Add as much of `change` to `du` as is safe; returns the residual there."""
+    allowed = np.inf if len(norms) == 1 or not equations.s.choices.line_search else GROWTH * norms[-1]
+    fraction, best, best_size = 1.0, 0.0, np.inf
+    start = du.copy()
+    while True:
+        du[:] = start + fraction * change
+        residual = equations.residual(du)
+        size = np.inf if residual is None else equations.size(du, residual)
+        if residual is not None and size <= allowed:
+            return residual
+        if size < best_size:
+            best, best_size = fraction, size
+        if best > 0.0 and fraction < SHORTEST_SEARCH:
+            du[:] = start + best * change
+            residual = equations.residual(du)
+            assert residual is not None
+            return residual
+        if fraction < SHORTEST_STEP:
+            raise NotConverged("Newton's iteration: every step along its direction turns a particle inside out")
+        fraction *= 0.5

@@ -1,0 +1,35 @@
+"""What implicit methods keep allocated between the steps of a run."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.implicit.constraints import HeldPoints
+from mpmbench.core.implicit.ghost import GhostCells, GhostGrid
+from mpmbench.core.implicit.pattern import Pattern
+
+
+@dataclass
+class Workspace:
+    """What stays allocated between the steps of a run.
+
+    Attributes
+    ----------
+    phi : Stencils
+        Shape functions at the start of the step.
+    F, state, tau : ndarray
+        Deformation gradients, history and Kirchhoff stresses of the current iterate.
+    held : HeldPoints or None
+        Dirichlet conditions at points; without them, nodes are held directly.
+    """
+
+    phi: Stencils
+    F: np.ndarray
+    state: np.ndarray
+    tau: np.ndarray
+    pattern: Pattern | None = None
+    ghost_grid: GhostGrid | None = None
+    ghost: GhostCells | None = None
+    held: HeldPoints | None = None
+    pattern_of: tuple[np.ndarray, np.ndarray] = field(default_factory=lambda: (np.zeros(0), np.zeros(0)))
