@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import yaml
+
 from mpmbench.runs.result import read_attributes
 from mpmbench.runs.schema import GROUPS, read_yaml
 
@@ -64,6 +66,22 @@ def next_round(bisection: Bisection, results: Path) -> list[str]:
         if low is not None and high - low > bisection.tolerance * high:
             cases.append(f"{case} {bisection.key}={0.5 * (low + high):.6g}")
     return cases
+
+
+def write_round(file: Path, campaign: str, cases: list[str], folder: Path) -> str:
+    """Write an experiment with other cases into a plug-in folder, its results going where they belong.
+
+    Returns
+    -------
+    str
+        Name of that experiment, for a process whose ``MPMBENCH_PLUGINS`` names the folder.
+    """
+    content = read_yaml(file) | {"cases": cases, "campaign": campaign}
+    name = f"{file.stem}_bisection"
+    target = folder / "conf" / "experiments" / f"{name}.yaml"
+    target.parent.mkdir(parents=True)
+    target.write_text("# @package _global_\n" + yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    return name
 
 
 def _runs(results: Path) -> Iterator[tuple[dict[str, Any], str]]:

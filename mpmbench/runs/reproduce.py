@@ -10,6 +10,7 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -147,26 +148,27 @@ def run(experiment: Experiment, pairs: list[str]) -> None:
     if experiment.plugins:
         known = [part for part in environment.get("MPMBENCH_PLUGINS", "").split(os.pathsep) if part]
         environment["MPMBENCH_PLUGINS"] = os.pathsep.join([*known, str(experiment.plugins)])
-    # Each of them leaves the report to the paper's.
-    command = [sys.executable, "-m", "mpmbench", f"experiments={experiment.name}", *pairs, "report=false"]
-    sweep(experiment, command, environment)
+    sweep(experiment, experiment.name, pairs, environment)
     bisection = bisect.asked_for(experiment.file)
     while bisection and (cases := bisect.next_round(bisection, experiment.results)):
-        quoted = ",".join(f"'{case}'" for case in cases)
-        sweep(experiment, [*command, f"cases=[{quoted}]"], environment)
+        with tempfile.TemporaryDirectory(prefix="mpmbench-") as folder:
+            name = bisect.write_round(experiment.file, experiment.name, cases, Path(folder))
+            known = [part for part in (environment.get("MPMBENCH_PLUGINS"), folder) if part]
+            sweep(experiment, name, pairs, environment | {"MPMBENCH_PLUGINS": os.pathsep.join(known)})
     if not list(without_result(experiment)):
         stamp = json.dumps(fingerprint(experiment, pairs), indent=0)
         (experiment.results / STAMP).write_text(stamp + "\n", encoding="utf-8")
 
 
-def sweep(experiment: Experiment, command: list[str], environment: dict[str, str]) -> None:
-    """Start a sweep and pass its lines on.
+def sweep(experiment: Experiment, name: str, pairs: list[str], environment: dict[str, str]) -> None:
+    """Start a sweep and pass its lines on; it leaves the report to the paper's.
 
     Raises
     ------
     BadInput
         With what the sweep says about its input.
     """
+    command = [sys.executable, "-m", "mpmbench", f"experiments={name}", *pairs, "report=false"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
     assert process.stdout is not None
     last = "bad input"

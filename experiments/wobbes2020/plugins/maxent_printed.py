@@ -1,4 +1,4 @@
-"""Max-ent functions with the gradient of Wobbes et al. 2020, Eqs. 84 and 86, as printed and with parts of it corrected."""
+"""Max-ent functions with the gradient of Wobbes et al. 2020, Eqs. 84 and 86: as printed, and partly corrected."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -60,7 +60,7 @@ class PrintedGradient(EntropyBasis):
         return stored
 
     def _prior(self, x: np.ndarray, stored: Stencils) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """``x - x_i``, ``grad w_i / w_i`` of the cubic spline (Eq. 89), and phi_i; zero beyond the functions of a point."""
+        """``x - x_i``, ``grad w_i / w_i`` of the cubic spline (Eq. 89), and phi_i; zero beyond a point's functions."""
         used = np.arange(stored.phi.shape[1]) < stored.size[:, None]
         nodes = np.where(used, stored.index, 0)
         away = x[:, None, :] - self.nodes[nodes]

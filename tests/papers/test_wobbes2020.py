@@ -1,0 +1,276 @@
+"""The report on Wobbes et al. 2020: claims follow from runs, cells trace to files, variants are what they say."""
+
+import json
+import re
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import yaml
+
+from mpmbench.core import registry
+from mpmbench.core.geometry import Box
+from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, judge
+from mpmbench.report.papers import Campaigns, Chapter, Paper, cell, find, names, read_campaigns
+from mpmbench.report.papers import page as paper_page
+from mpmbench.report.papers.parts import subset
+from mpmbench.report.papers.wobbes2020 import errata, survival, table1
+from mpmbench.runs import bisect, compose, schema
+
+ROOT = Path(__file__).parents[2]
+EXPERIMENTS = ROOT / "experiments" / "wobbes2020"
+ERROR = "error_displacement_rms"
+
+
+@pytest.fixture
+def plugins(monkeypatch):
+    monkeypatch.setenv("MPMBENCH_PLUGINS", str(EXPERIMENTS / "plugins"))
+
+
+# the claims
+
+
+def write_orders(write_run, folder, order, lumped_order=2.0):
+    """Max-ent runs of the campaign ``orders`` with given orders."""
+    for n in (8, 16, 32, 64):
+        for method, mass in (("mpm", "consistent"), ("otm", "consistent"), ("mpm", "lumped")):
+            p = lumped_order if mass == "lumped" else order
+            settings = {"method": {"mass": mass}, "basis": {"name": "maxent", "search": "local"}}
+            write_run(folder, method, "maxent", n, mass=mass, order=p, floor=0.0, settings=settings, snapshot=False)
+
+
+def verdict(name, folder):
+    claim = next(claim for claim in find("wobbes2020").claims if claim.name == name)
+    return judge(claim, read_campaigns(folder))
+
+
+def test_a_doctored_run_changes_the_verdict_on_the_order_of_maxent(tmp_path, write_run):
+    write_orders(write_run, tmp_path / "orders", order=3.5)
+    found = verdict("maxent_order", tmp_path)
+    assert found.answer == f"{HOLDS} when the mass is lumped" and "p = 3.49" in found.because
+    assert all(file.startswith("orders/") for piece in found.evidence for file in piece.files)
+    write_orders(write_run, tmp_path / "orders", order=1.5)
+    assert verdict("maxent_order", tmp_path).answer == HOLDS
+    write_orders(write_run, tmp_path / "orders", order=3.5, lumped_order=3.5)
+    assert verdict("maxent_order", tmp_path).answer == FAILS
+
+
+def write_fig7(write_run, folder, moved=1e-3, many=7e-3):
+    runs = ("last_particle", 4, 2e-2), ("last_particle", 16, many), ("end_point", 4, moved)
+    for traction, particles, stress in runs:
+        settings = {"method": {"mass": "consistent", "traction": traction}}
+        write_run(
+            folder, "mpm", "bspline", 68, mass="consistent", settings=settings, particles_per_cell=particles,
+            scalars={"error_stress_rms": stress}, snapshot=False,
+        )  # fmt: skip
+
+
+def test_a_doctored_run_changes_the_verdict_on_the_right_edge(tmp_path, write_run):
+    write_fig7(write_run, tmp_path / "fig7")
+    assert verdict("edge_quadrature", tmp_path).answer == FAILS
+    write_fig7(write_run, tmp_path / "fig7", moved=1e-2)
+    assert verdict("edge_quadrature", tmp_path).answer == HOLDS
+
+
+def test_missing_campaigns_leave_every_claim_undecided(tmp_path, write_run):
+    write_run(tmp_path / "other")
+    for claim in find("wobbes2020").claims:
+        found = judge(claim, read_campaigns(tmp_path))
+        assert found.answer == UNDECIDED and found.because, claim.name
+
+
+def write_map(write_run, folder, broken):
+    """The campaign ``breakdown``; `broken` are the set-ups of BSMPM that break down."""
+    for method in ("mpm", "unified"):
+        for cells in survival.NODES:
+            for sign in survival.SIGNS:
+                for layout in survival.LAYOUTS:
+                    problem = {"domain_cells": cells, "traction_amplitude": sign, "particle_layout": layout}
+                    fails = (method, cells, sign, layout) in broken
+                    write_run(
+                        folder, method, "bspline", 68, mass="consistent", snapshot=False,
+                        settings={"problem": problem, "method": {"mass": "consistent"}},
+                        status="broke_down" if fails else "ok", scalars={"time_reached": 0.3} if fails else None,
+                    )  # fmt: skip
+    for cells in survival.NODES:
+        for sign in survival.SIGNS:
+            problem = {"domain_cells": cells, "traction_amplitude": sign}
+            settings = {"problem": problem, "method": {"mass": "consistent", "mass_cutoff": 1e-6}}
+            write_run(folder.parent / "cutoff", "mpm", "bspline", 68, settings=settings, snapshot=False)
+
+
+def test_the_stability_claim_follows_the_map(tmp_path, write_run):
+    write_map(write_run, tmp_path / "breakdown", {("mpm", 79, -1.0, "midpoint"), ("mpm", 85, 1.0, "aligned")})
+    found = verdict("stays_stable", tmp_path)
+    assert found.answer.startswith(f"{HOLDS} when") and "1 of 8" in found.because and "1 of 12" in found.because
+    write_map(write_run, tmp_path / "breakdown", {("mpm", 79, -1.0, "midpoint"), ("unified", 79, -1.0, "midpoint")})
+    assert verdict("stays_stable", tmp_path).answer == FAILS
+
+
+# numbers and files
+
+
+def test_table_of_times_pairs_the_repeats(tmp_path, write_run):
+    for seed, slow in ((1, 1.0), (2, 10.0)):  # the machine is ten times slower during the second repeat
+        for method, seconds in (("mpm", 2.0), ("otm", 3.0)):
+            mass = "lumped" if method == "mpm" else "consistent"
+            file = write_run(
+                tmp_path / "table1", method, "linear", 31, mass=mass, scalars={"solver_time": slow * seconds},
+                settings={"method": {"mass": mass, "flip": seed}}, snapshot=False,
+            )  # fmt: skip
+            set_seed(file, seed)
+    found, files = table1.ratios(read_campaigns(tmp_path)["table1"], "OTM-P1", 31)
+    assert np.allclose(found, 1.5) and len(files) == 4
+
+
+def set_seed(file, seed):
+    with netCDF4.Dataset(file, "a") as data:
+        data.config = json.dumps(json.loads(data.config) | {"seed": seed})
+
+
+def test_cells_name_their_file_and_failed_runs_show_their_status(tmp_path, write_run):
+    good = write_run(tmp_path / "bar", "mpm", resolution=8)
+    write_run(tmp_path / "bar", "otm", resolution=8, status="diverged")
+    campaigns = read_campaigns(tmp_path)
+    assert cell(campaigns, "bar", ERROR, method="mpm").files == (f"bar/{good.name}",)
+    assert cell(campaigns, "bar", ERROR, method="otm").value == "diverged"
+    assert cell(campaigns, "bar", ERROR, method="fem").files == ()
+    assert list(subset(campaigns["bar"], method="mpm").runs.index) == [f"bar/{good.name}"]
+    assert len(campaigns["bar"].variables(f"bar/{good.name}", ["stress"])["stress"]) == 2
+
+
+def make_bar(campaigns: Campaigns) -> Chapter:
+    chapter = Chapter("bar", "A bar", "The paper: order 2.")
+    chapter.convergence(campaigns["bar"])
+    return chapter
+
+
+def make_nothing(campaigns: Campaigns) -> Chapter:
+    return Chapter("x", str(campaigns["no_such_runs"]))
+
+
+def test_a_paper_becomes_a_page_a_readme_and_small_files(tmp_path, write_run, monkeypatch):
+    runs = [write_run(tmp_path / "results" / "mini" / "bar", "otm", resolution=n) for n in (8, 16, 32)]
+    rule = Claim("c", "Errors are small", "Fig. 1", lambda r: (HOLDS, f"{r.number('bar', ERROR, resolution=8):.3g} m"))
+    paper = Paper("mini", "A paper", "Somebody 2020", (make_bar, make_nothing), (rule,))
+    monkeypatch.setattr(paper_page, "find", lambda name: paper)
+    page = paper_page.build("mini", tmp_path / "results", tmp_path / "report")
+    html, readme = page.read_text(), (page.parent / "README.md").read_text()
+    for run in runs:
+        assert f'id="bar/{run.name}"' in html and f'href="#bar/{run.name}"' in html
+    assert "http" not in html.replace("http://www.w3.org", "")
+    assert "no_such_runs" in html and "no_such_runs" in readme
+    assert "| Errors are small | Fig. 1 | holds | " in readme
+    assert "(figures/bar-displacement.svg)" in readme and (page.parent / "figures/bar-displacement.svg").exists()
+    assert runs[0].name in (page.parent / "tables/bar-displacement.csv").read_text()
+    assert "\\toprule" in (page.parent / "tables/bar-displacement.tex").read_text()
+    assert not [link for link in links(readme) if not (page.parent / link).exists()]
+
+
+def links(readme):
+    return [link for link in re.findall(r"\]\(([^)]+)\)", readme) if not link.startswith("http")]
+
+
+def test_the_paper_is_found_by_name():
+    assert "wobbes2020" in names()
+    with pytest.raises(KeyError):
+        find("page")
+    assert len({claim.name for claim in find("wobbes2020").claims}) == len(find("wobbes2020").claims) >= 11
+
+
+# the experiments
+
+
+@pytest.mark.parametrize("file", sorted(EXPERIMENTS.glob("*.yaml")), ids=lambda file: file.stem)
+def test_every_experiment_composes_and_says_what_it_mirrors(file, plugins):
+    content = yaml.safe_load(file.read_text())
+    assert content["hydra"]["mode"] == "MULTIRUN" and file.read_text().splitlines()[1].startswith("# ")
+    params = [f"{key}={str(value).split(',')[0]}" for key, value in content["hydra"]["sweeper"]["params"].items()]
+    typed = [word for word in params if word.startswith(("basis=", "problem="))]
+    rest = [word for word in params if word not in typed]
+    combinations = []
+    for case in content.get("cases") or [""]:
+        words = case.split()
+        keys = {word.partition("=")[0] for word in words}
+        kept = [word for word in [*typed, *rest] if word.partition("=")[0] not in keys]
+        combinations.append([f"experiments=wobbes2020/{file.stem}", *words, *kept])
+    for config, reason in compose.compose_many(combinations):
+        assert reason == "" and config["campaign"] == f"wobbes2020/{file.stem}"
+
+
+def test_plug_ins_of_a_paper_are_no_experiments():
+    assert "wobbes2020/errata" in schema.experiments()
+    assert not [name for name in schema.experiments() if "plugins" in name]
+
+
+# the variants of the errata study
+
+
+@pytest.fixture(scope="module")
+def printed():
+    for file in sorted((EXPERIMENTS / "plugins").glob("*.py")):
+        registry.load_file(file)
+    return registry.get("basis", "maxent_printed")
+
+
+@pytest.mark.parametrize("dimension", [1, 2])
+def test_the_corrected_gradient_is_exact_and_the_printed_one_is_not(printed, dimension):
+    box = Box((0.0,) * dimension, (1.0,) * dimension, (8,) * dimension)
+    x = np.random.default_rng(1).uniform(0.15, 0.85, (40, dimension))
+    exact = registry.get("basis", "maxent")().build(box, 40, True).evaluate(x).gradient_matrix(9**dimension)
+    found = {
+        kind: printed(gradient=kind).build(box, 40, True).evaluate(x).gradient_matrix(9**dimension)
+        for kind in ("corrected", "sign_corrected", "printed")
+    }
+    assert np.abs(found["corrected"] - exact).max() < 1e-8 * np.abs(exact).max()
+    assert np.array_equal(found["printed"], -found["sign_corrected"])
+    assert np.abs(found["sign_corrected"] - exact).max() > 0.01 * np.abs(exact).max()
+
+
+def test_conclusions_follow_from_the_errors():
+    def variant(*errors):
+        return [table1.Cell(value) for value in errors]
+
+    flat, second = variant(1e-5, 1e-5, 1e-5, 1e-5), variant(1e-4, 2.5e-5, 6.2e-6, 1.6e-6)
+    errors = dict.fromkeys((name for name, _, _ in errata.VARIANTS), second)
+    assert errata.conclusions(errors, []) == []
+    errors |= {"Eq. 84, sign of A": flat, "Eq. 84 as printed": flat}
+    assert "no explanation" in errata.conclusions(errors, [])[0]
+    assert errata.between_one_and_two(errata.order_of(second)) and not errata.between_one_and_two(errata.order_of(flat))
+
+
+# bisection
+
+
+def test_bisection_halves_the_interval_of_each_case_and_stops(tmp_path, write_run):
+    file = tmp_path / "stability.yaml"
+    file.write_text("# @package _global_\n# reproduce: bisect cfl to 0.1\ncases:\n  - method=mpm\n  - method=otm\n")
+    wanted = bisect.asked_for(file)
+    assert wanted is not None and (wanted.key, wanted.tolerance) == ("cfl", 0.1)
+
+    def write(method, cfl, status):
+        path = write_run(tmp_path / "runs", method, status=status, snapshot=False, constant=cfl, time_step=cfl)
+        with netCDF4.Dataset(path, "a") as data:
+            data.config = json.dumps(json.loads(data.config) | {"cfl": cfl})
+
+    for method in ("mpm", "otm"):
+        write(method, 0.5, "ok")
+    write("mpm", 2.0, "diverged")
+    assert bisect.next_round(wanted, tmp_path / "runs") == ["method=mpm cfl=1.25"]
+    write("mpm", 1.25, "broke_down")
+    assert bisect.next_round(wanted, tmp_path / "runs") == ["method=mpm cfl=0.875"]
+    write("mpm", 1.2, "ok")
+    assert bisect.next_round(wanted, tmp_path / "runs") == []
+    assert bisect.asked_for(EXPERIMENTS / "fig6.yaml") is None
+
+
+def test_stability_table_reads_the_bracket(tmp_path, write_run):
+    for cfl, status in ((0.5, "ok"), (0.99, "ok"), (1.01, "diverged"), (2.0, "diverged")):
+        folder, step = tmp_path / "stability", cfl * 1e-3
+        path = write_run(folder, "mpm", resolution=16, status=status, time_step=step, snapshot=False)
+        with netCDF4.Dataset(path, "a") as data:
+            data.config = json.dumps(json.loads(data.config) | {"cfl": cfl})
+    row = survival.stability_table(read_campaigns(tmp_path)["stability"]).rows[0]
+    assert [row[k].value for k in (4, 5, 6)] == pytest.approx([0.99, 1.01, 1.0])
+    assert row[2].value == pytest.approx(1e-3) and len(row[6].files) == 2

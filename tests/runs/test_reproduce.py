@@ -1,0 +1,103 @@
+"""The command `reproduce`: what is missing, then the report; a failure of a method is a result, an accident is none."""
+
+import time
+
+import pytest
+
+from mpmbench.runs import reproduce
+
+EXPERIMENT = """\
+# @package _global_
+# A small study.
+time_step: 1.0e-4
+cases:
+  - method=mpm basis=linear
+  - method=mpm basis=linear time_step=1e-2 end_time=0.2
+hydra:
+  mode: MULTIRUN
+  sweeper:
+    params:
+      resolution: 4,8
+"""
+BISECTION = """\
+# @package _global_
+# reproduce: bisect cfl to 0.5
+resolution: 4
+time_step: auto
+end_time: 0.5
+cases:
+  - method=mpm basis=linear
+hydra:
+  mode: MULTIRUN
+  sweeper:
+    params:
+      cfl: 0.5,2.0
+"""
+
+
+@pytest.fixture
+def study(folder, monkeypatch):
+    place = folder / "brought" / "conf" / "experiments" / "mini"
+    place.mkdir(parents=True)
+    (place / "one.yaml").write_text(EXPERIMENT)
+    monkeypatch.setenv("MPMBENCH_PLUGINS", str(folder / "brought"))
+    return place
+
+
+def test_runs_what_is_missing_and_then_nothing(command, folder, study):
+    first = command("reproduce", "mini")
+    assert first.code == 0, first.err
+    files = sorted((folder / "results/mini/one").glob("*.nc"))
+    assert len(files) == 4 and "diverged" in first.out and "report" in first.out
+    before = [file.stat().st_mtime_ns for file in files]
+    start = time.perf_counter()
+    second = command("reproduce", "mini")
+    assert second.code == 0 and "1 complete" in second.out and time.perf_counter() - start < 5.0
+    assert [file.stat().st_mtime_ns for file in files] == before
+    files[0].unlink()
+    assert "1 to run" in command("reproduce", "mini").out and files[0].exists()
+
+
+def test_the_stamp_knows_the_experiment_the_settings_and_the_files(folder, study):
+    (one,) = reproduce.choose("mini", folder / "results")
+    one.results.mkdir(parents=True)
+    before = reproduce.fingerprint(one, [])
+    assert reproduce.fingerprint(one, []) == before != reproduce.fingerprint(one, ["threads=2"])
+    (one.results / "x.nc").write_text("x")
+    with_file = reproduce.fingerprint(one, [])
+    (study / "one.yaml").write_text(EXPERIMENT + "\n")
+    assert len({str(value) for value in (before, with_file, reproduce.fingerprint(one, []))}) == 3
+
+
+def test_bisection_ends_with_a_small_interval(command, folder, study):
+    (study / "one.yaml").write_text(BISECTION)
+    assert command("reproduce", "mini/one").code == 0
+    import mpmbench
+
+    cube = mpmbench.open_campaign(folder / "results/mini/one")
+    survived = [float(c) for c in cube.cfl if str(cube.status.sel(cfl=c).item()) == "ok"]
+    failed = [float(c) for c in cube.cfl if float(c) not in survived]
+    assert 0.5 < min(failed) < 2.0 and max(survived) < min(failed) and min(failed) - max(survived) <= 0.5 * min(failed)
+
+
+def test_an_accident_is_no_result(command, folder, study):
+    place = folder / "results/mini/one"
+    place.mkdir(parents=True)
+    (place / "broken.nc").write_text("no netCDF")
+    (one,) = reproduce.choose("mini", folder / "results")
+    assert list(reproduce.without_result(one)) == ["mini/one: broken: unreadable: "]
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("wobes2020",), "did you mean wobbes2020?"),
+        ((), "the name of a paper or an experiment is needed"),
+        (("mini", "campaign=x"), "campaign is chosen by the name"),
+        (("mini", "rezolution=4"), "did you mean resolution?"),
+    ],
+)
+def test_bad_input_is_one_sentence(command, study, words, sentence):
+    outcome = command("reproduce", *words)
+    assert outcome.code == 2 and sentence in outcome.err and "Traceback" not in outcome.err
+    assert len(outcome.err.strip().splitlines()) == 1
