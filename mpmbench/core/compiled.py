@@ -37,6 +37,14 @@ def inlined(function: Callable[..., Any]) -> Any:
     return njit(**(OPTIONS | {"_nrt": False, "forceinline": True}))(function)
 
 
+_versions: set[tuple[str, type]] = set()
+
+
+def has_version(stub: Callable[..., Any], handle: type) -> bool:
+    """Whether some file implements `stub` for handles of this class."""
+    return (stub.__name__, handle) in _versions
+
+
 def implements(stub: Callable[..., Any], handle: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Decorate a function as the version of `stub` for handles (NamedTuples) of the given class.
 
@@ -49,6 +57,7 @@ def implements(stub: Callable[..., Any], handle: type) -> Callable[[Callable[...
             return function if getattr(first, "instance_class", None) is handle else None
 
         overload(stub, jit_options=INLINED, strict=False)(choose)
+        _versions.add((stub.__name__, handle))
         return function
 
     return decorate

@@ -16,7 +16,7 @@ from mpmbench.core.errors import BadSetting, NotApplicable, SolverFailure, requi
 from mpmbench.core.geometry import Box
 from mpmbench.core.materials import Material
 from mpmbench.core.methods import Choices
-from mpmbench.core.particles import Particles, per_axis
+from mpmbench.core.particles import Particles
 from mpmbench.core.simulation import Body, Solution, build_state, simulate
 from mpmbench.core.stability import stability_limit
 from mpmbench.core.state import State
@@ -59,13 +59,14 @@ def read(config: Config) -> Case:
         **built, choices=choices, basis_name=config["basis"]["name"], resolution=resolution, particles_per_cell=per_cell
     )
     problem, dimension = case.problem, case.problem.dimension
-    per_axis(per_cell, dimension)
+    problem.check_particles(per_cell)
     try:
         step = registry.get("method", choices.time)
     except KeyError:
         raise BadSetting("method.time", choices.time, "one of " + ", ".join(registry.names("method"))) from None
     getattr(step, "check", lambda _: None)(choices)
-    getattr(case.basis, "check", lambda _: None)(choices)
+    getattr(step, "check_basis", lambda _: None)(case.basis_name)
+    getattr(case.basis, "check", lambda *_: None)(choices, problem.touches_fixed_nodes)
     needs = getattr(step, "needs", None)
     if needs is not None and not has_version(needs, type(case.material.law)):
         name = config["material"]["name"]
@@ -121,6 +122,7 @@ def build(case: Case) -> State:
     """The initial state of a run."""
     problem, material = case.problem, case.material
     X, V0 = problem.seed(case.resolution, case.particles_per_cell)
+    X = problem.place(X, case.resolution, case.choices)
     particles = Particles.at_rest(X, V0, material.density, problem.tracers(), material.history, material.rate_dependent)
     particles.v[:] = problem.velocity(particles.X, material)
     problem.prepare(particles, material)

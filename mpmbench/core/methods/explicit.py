@@ -10,6 +10,7 @@ import numpy as np
 from mpmbench.core import threads, transfer
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.errors import NotApplicable
+from mpmbench.core.materials import cauchy_stress
 from mpmbench.core.methods import Choices
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
@@ -132,3 +133,4 @@ def check(choices: Choices) -> None:
 
 
 step.check = check  # type: ignore[attr-defined]
+step.needs = cauchy_stress  # type: ignore[attr-defined]
