@@ -45,6 +45,7 @@ def test_cells_of_the_explicit_benchmarks(problem: str, method: str, basis: str)
     assert attempt(problem, method, basis) == "ok: "
 
 
+@pytest.mark.slow
 def test_every_cell_is_accepted_or_refused_with_a_reason() -> None:
     overrides = [[f"problem={p}", f"method={m}", f"basis={b}"] for p, m, b in EVERY]
     for cell, (config, reason) in zip(EVERY, compose.compose_many(overrides), strict=True):
