@@ -15,7 +15,7 @@ import numpy as np
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.materials import Material
 from mpmbench.core.methods import Choices
-from mpmbench.core.particles import Particles
+from mpmbench.core.particles import Particles, per_axis
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import Loads, State
 
@@ -32,14 +32,21 @@ class Problem:
         Length [m] that `resolution` divides into cells.
     samples : int
         Number of instants at which history is kept.
+    touches_fixed_nodes : bool
+        The fixed nodes are not the body's: it meets them on its way.
     """
 
     dimension: ClassVar[int]
     reference_length: ClassVar[float]
     samples: ClassVar[int] = 200
+    touches_fixed_nodes: ClassVar[bool] = False
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         """Raise `NotApplicable` when this combination cannot be run, `BadSetting` when a key is out of range."""
+
+    def check_particles(self, particles_per_cell: int) -> None:
+        """Raise `BadSetting` unless cells can hold that many particles: powers of whole numbers, on boxes."""
+        per_axis(particles_per_cell, self.dimension)
 
     def nodes(self, resolution: int, choices: Choices) -> Geometry:
         """Where the nodes start: the whole domain for fixed nodes, the body for moving ones."""
@@ -48,6 +55,10 @@ class Problem:
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
         """Initial particle positions [m], shape (P, dim), and volumes [m^dim], shape (P,)."""
         raise NotImplementedError
+
+    def place(self, X: np.ndarray, resolution: int, choices: Choices) -> np.ndarray:
+        """Where the particles that `seed` made start, shape (P, dim), if that depends on the method."""
+        return X
 
     def tracers(self) -> np.ndarray:
         """Massless points that are carried along, shape (n, dim); point loads act on the first of them."""
