@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from mpmbench.core.bases import Basis, Promises
 from mpmbench.core.bases.quads import MovingQuads
-from mpmbench.core.bases.simplices import MovingSimplices
+from mpmbench.core.bases.simplices import FixedSimplices, MovingSimplices
 from mpmbench.core.bases.tensor import TensorSpline
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Box, Geometry
@@ -26,5 +26,5 @@ class Linear:
         if not isinstance(geometry, Box):
             if geometry.simplices is None:
                 raise NotApplicable("linear on an unstructured set of nodes needs a triangulation")
-            return MovingSimplices(geometry, particles)
+            return MovingSimplices(geometry, particles) if moving else FixedSimplices(geometry, particles)
         return MovingQuads(geometry, particles) if moving else TensorSpline(geometry, degree=1)

@@ -72,18 +72,20 @@ class MovingLeastSquares:
         require(0.1 <= effective <= 10.0, "effective_radius", effective, "a number from 0.1 to 10")
         require(0 <= self.minimum_nodes <= 100, "minimum_nodes", self.minimum_nodes, "a whole number from 0 to 100")
 
-    def check(self, choices: Choices) -> None:
+    def check(self, choices: Choices, touches_fixed_nodes: bool) -> None:
         """Refuse to hold single nodes where functions of their neighbours do not vanish.
+
+        Where the fixed nodes are no part of the body (`touches_fixed_nodes`), nothing else can be held.
 
         Raises
         ------
         NotApplicable
             With the reason.
         """
-        if choices.dirichlet == "direct" and self.relative_radius > DIRECT_RADIUS:
+        if not touches_fixed_nodes and choices.dirichlet == "direct" and self.relative_radius > DIRECT_RADIUS:
             raise NotApplicable(
-                f"basis.relative_radius={self.relative_radius:g} with method.dirichlet=direct: mls does not interpolate "
-                "and nodes can be held directly up to sqrt(2) only; use method.dirichlet=multipliers or penalty"
+                f"basis.relative_radius={self.relative_radius:g} with method.dirichlet=direct: mls does not "
+                "interpolate and nodes can be held directly up to sqrt(2) only; use method.dirichlet=multipliers or penalty"
             )
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> CloudBasis:

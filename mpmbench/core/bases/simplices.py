@@ -101,3 +101,56 @@ class MovingSimplices:
 
     def move(self, displacement: np.ndarray) -> None:
         self.nodes += displacement
+
+
+class FixedSimplices(MovingSimplices):
+    """Linear functions on a triangulation that stays, through which particles move (fulfils `Basis`)."""
+
+    constant_values = False
+
+    def __init__(self, cloud: Cloud, particles: int) -> None:
+        super().__init__(cloud, particles)
+        self._tree = cKDTree(self.nodes[self.simplices].mean(axis=1))
+        self._corners, self._inverse = self.nodes[self.simplices[:, 0]], np.linalg.inv(self._edges())
+        self._upper, self._lower = self.nodes.max(axis=0), self.nodes.min(axis=0)
+        self.simplex = np.zeros(particles, dtype=np.int64)
+
+    def locate(self, x: np.ndarray) -> None:
+        """Find the simplices of the particles again: most are where they were."""
+        self.simplex, weights = self._find(x, self.simplex)
+        self._fill(self.handle, self.simplex, weights)
+
+    def evaluate(self, x: np.ndarray) -> Stencils:
+        stored = Stencils.empty(len(x), len(self.axes) + 1, len(self.axes))
+        self._fill(stored, *self._find(x, np.zeros(len(x), dtype=np.int64)))
+        return stored
+
+    def _fill(self, stored: Stencils, simplex: np.ndarray, weights: np.ndarray) -> None:
+        stored.size[:] = weights.shape[1]
+        stored.index[:] = self.simplices[simplex]
+        stored.phi[:] = weights
+        inverse = self._inverse[simplex]
+        stored.grad_phi[:, 1:] = inverse
+        stored.grad_phi[:, 0] = -inverse.sum(axis=1)
+
+    def _find(self, x: np.ndarray, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[override]
+        best, weights = self._best(x, self._corners, self._inverse, guess[:, None])
+        moved = np.flatnonzero(~(weights.min(axis=1) >= 0.0))
+        if len(moved):
+            _, near = self._tree.query(x[moved], k=min(NEAREST, len(self._corners)))
+            near = np.asarray(near).reshape(len(moved), -1)
+            best[moved], weights[moved] = self._best(x[moved], self._corners, self._inverse, near)
+        for p in np.flatnonzero(~(weights.min(axis=1) >= -INSIDE)):
+            everywhere = np.arange(len(self._corners))[None, :]
+            best[p : p + 1], weights[p : p + 1] = self._best(x[p : p + 1], self._corners, self._inverse, everywhere)
+            if not weights[p].min() >= -INSIDE:
+                raise BrokeDown(f"point {p} at {x[p]} m is outside all simplices")
+        return best, weights
+
+    def first_outside(self, x: np.ndarray) -> int:
+        """Number of the first point outside the bounding box of the nodes, -1 if there is none."""
+        outside = np.flatnonzero(~np.all((self._lower <= x) & (x <= self._upper), axis=1))
+        return int(outside[0]) if len(outside) else -1
+
+    def move(self, displacement: np.ndarray) -> None:
+        """Nothing to do: the nodes stay."""

@@ -10,10 +10,12 @@ import numpy as np
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.bases.simplices import FixedSimplices
 from mpmbench.core.bases.tensor import TensorSpline, fill
 from mpmbench.core.compiled import kernel
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import tensor_points
+from mpmbench.core.triangulate import volumes
 
 
 @dataclass(frozen=True)
@@ -32,12 +34,39 @@ class GhostCells:
     laplace: np.ndarray
 
 
+class GhostSimplices:
+    """The same on a fixed triangulation, where gradients are constant."""
+
+    def __init__(self, basis: FixedSimplices) -> None:
+        self._basis = basis
+        self._volume = volumes(basis.nodes, basis.simplices)
+
+    def cells(self, phi: Stencils) -> GhostCells:
+        """The simplices that the points of `phi` are in."""
+        simplex, point = np.unique(self._basis.simplex, return_index=True)
+        gradient = phi.grad_phi[point]
+        return GhostCells(point, np.einsum("c,ckd,cnd->ckn", self._volume[simplex], gradient, gradient))
+
+
+def ghost_of(basis: Basis) -> "GhostGrid | GhostSimplices":
+    """The ghost cells of a background grid.
+
+    Raises
+    ------
+    NotApplicable
+        When there is none.
+    """
+    if isinstance(basis, TensorSpline):
+        return GhostGrid(basis)
+    if isinstance(basis, FixedSimplices):
+        return GhostSimplices(basis)
+    raise NotApplicable("method.ghost_stiffness > 0 needs a background grid: basis=linear or bspline")
+
+
 class GhostGrid:
     """Laplace matrices of all cells of a fixed grid, made once."""
 
-    def __init__(self, basis: Basis) -> None:
-        if not isinstance(basis, TensorSpline):
-            raise NotApplicable("method.ghost_stiffness > 0 needs a background grid: basis=linear or bspline")
+    def __init__(self, basis: TensorSpline) -> None:
         abscissae, weight = np.polynomial.legendre.leggauss(basis.degree + 1)
         dim = len(basis.cells)
         local = tensor_points([(abscissae + 1.0) / 2.0] * dim)

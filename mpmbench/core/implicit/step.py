@@ -9,7 +9,7 @@ from mpmbench.core.bases.tensor import fill
 from mpmbench.core.errors import NotConverged
 from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.constraints import HeldPoints
-from mpmbench.core.implicit.ghost import GhostGrid
+from mpmbench.core.implicit.ghost import ghost_of
 from mpmbench.core.implicit.pattern import build_pattern
 from mpmbench.core.implicit.workspace import Workspace
 from mpmbench.core.state import State
@@ -44,7 +44,7 @@ def prepare(s: State) -> Workspace:
         width = s.basis.evaluate(p.x[:1]).index.shape[1]
         w = Workspace(Stencils.empty(len(p.x), width, p.dimension), p.F.copy(), p.state.copy(), p.sigma.copy())
         if s.choices.ghost_stiffness > 0.0:
-            w.ghost_grid = GhostGrid(s.basis)
+            w.ghost_grid = ghost_of(s.basis)
         if s.choices.dirichlet != "direct" and s.fixed.any():
             w.held = HeldPoints.at_nodes(s.basis, s.fixed)
         s.workspace = w

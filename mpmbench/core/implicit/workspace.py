@@ -6,7 +6,7 @@ import numpy as np
 
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.implicit.constraints import HeldPoints
-from mpmbench.core.implicit.ghost import GhostCells, GhostGrid
+from mpmbench.core.implicit.ghost import GhostCells, GhostGrid, GhostSimplices
 from mpmbench.core.implicit.pattern import Pattern
 
 
@@ -29,7 +29,7 @@ class Workspace:
     state: np.ndarray
     tau: np.ndarray
     pattern: Pattern | None = None
-    ghost_grid: GhostGrid | None = None
+    ghost_grid: GhostGrid | GhostSimplices | None = None
     ghost: GhostCells | None = None
     held: HeldPoints | None = None
     pattern_of: tuple[np.ndarray, np.ndarray] = field(default_factory=lambda: (np.zeros(0), np.zeros(0)))

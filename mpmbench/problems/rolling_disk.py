@@ -1,0 +1,221 @@
+"""A disk that rolls down an inclined plane without slipping (Iaconeta 2017, section 5.2).
+
+The centre of a rigid disk moves along the plane by ``u = (1/2) (2/3) g sin(theta) t^2``: Eq. 64, integrated from rest
+(Eqs. 65 and 66 count the displacement twice). Axes are turned with the plane, which is the row of fixed nodes at
+y = 0; contact is whatever the shape functions make of it. A disk that touches the plane at the start is glued to it and
+hangs, so it starts a little above, falls, and bounces. The paper gives no radius, angle, time step or gap.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from mpmbench.core.errors import NotApplicable, require, require_option
+from mpmbench.core.geometry import Box, Cloud, Geometry
+from mpmbench.core.materials import Material
+from mpmbench.core.methods import Choices
+from mpmbench.core.registry import register
+from mpmbench.core.simulation import Solution
+from mpmbench.core.state import Loads, State
+from mpmbench.core.triangulate import volumes
+from mpmbench.problems import Problem
+
+GRID_GAP, CLOUD_GAP = 1.0, 1.5 * math.sqrt(2.0)  # cells between disk and plane: one, or the paper's largest radius
+BEHIND, ABOVE = 2, 6  # cells of grid behind and above the disk
+RULES = {1: ((1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0),), 3: tuple(np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3))}
+
+
+@register("problem", "rolling_disk")
+@dataclass(frozen=True)
+class RollingDisk(Problem):
+    """Parameters of the disk.
+
+    Parameters
+    ----------
+    radius : float
+        Of the disk [m].
+    angle : float
+        Inclination theta of the plane [degrees].
+    gravity : float
+        Weight per unit mass g [m/s^2].
+    gap : float or None
+        Initial distance between disk and plane in cells; None takes one cell for a background grid, and for clouds the
+        largest search radius of the paper. 0 glues the disk to the plane.
+    travel : float
+        Length of plane in front of the disk [m].
+    background : {"triangles", "quads"}
+        Cells of the background grid; triangles are split squares.
+    diagonal : {"falling", "rising", "alternating"}
+        How squares are split, seen in the direction of the motion: with rising diagonals the disk sticks to the plane.
+    """
+
+    radius: float = 0.5
+    angle: float = 60.0
+    gravity: float = 9.81
+    gap: float | None = None
+    travel: float = 3.5
+    background: str = "triangles"
+    diagonal: str = "falling"
+    dimension: ClassVar[int] = 2
+    reference_length: ClassVar[float] = 1.0
+    samples: ClassVar[int] = 1000
+    touches_fixed_nodes: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        require(0.0 < self.radius < 1e3, "radius", self.radius, "a positive number [m]")
+        require(0.0 < self.angle < 90.0, "angle", self.angle, "a number of degrees between 0 and 90")
+        require(0.0 < self.gravity < 1e4, "gravity", self.gravity, "a positive number [m/s2], less than 10000")
+        require(
+            self.gap is None or 0.0 <= self.gap <= 100.0, "gap", self.gap, "a number of cells from 0 to 100, or null"
+        )
+        require(0.0 < self.travel < 1e3, "travel", self.travel, "a positive number [m]")
+        require_option("background", self.background, ("triangles", "quads"))
+        require_option("diagonal", self.diagonal, ("falling", "rising", "alternating"))
+
+    def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
+        require(resolution % 2 == 0 and resolution >= 4, "resolution", resolution, "an even number, at least 4")
+        if choices.time == "static":
+            raise NotApplicable("rolling_disk is a dynamic problem: it needs method.time=newmark or explicit")
+        if choices.moving and basis in ("linear", "bspline"):
+            raise NotApplicable(f"basis={basis} on moving nodes does not see the plane: contact needs a grid or clouds")
+        if choices.dirichlet != "direct":
+            raise NotApplicable(f"method.dirichlet={choices.dirichlet} holds points of the body, and the plane is none")
+        if choices.frozen:
+            raise NotApplicable("method.shape_functions=frozen never lets the disk meet the plane")
+
+    def check_particles(self, particles_per_cell: int) -> None:
+        require(particles_per_cell in RULES, "particles_per_cell", particles_per_cell, "1 or 3 (points per triangle)")
+
+    # geometry
+
+    def _spacing(self, resolution: int) -> float:
+        return 2.0 * self.radius / resolution
+
+    def _centre(self, resolution: int, moving: bool) -> np.ndarray:
+        h = self._spacing(resolution)
+        gap = self.gap if self.gap is not None else (CLOUD_GAP if moving else GRID_GAP)
+        return np.array([self.radius + BEHIND * h, self.radius + gap * h])
+
+    def nodes(self, resolution: int, choices: Choices) -> Geometry:
+        h = self._spacing(resolution)
+        along = resolution + 2 * BEHIND + math.ceil(self.travel / h)
+        if choices.moving:
+            plane = np.stack([np.arange(along + 1) * h, np.zeros(along + 1)], axis=1)
+            disk, _ = ring_mesh(self.radius, resolution // 2)
+            return Cloud(np.vstack([disk + self._centre(resolution, True), plane]), spacing=h)
+        up = resolution + ABOVE + math.ceil(self._centre(resolution, False)[1] / h - resolution / 2)
+        box = Box((0.0, 0.0), (along * h, up * h), (along, up))
+        if self.background == "quads":
+            return box
+        return Cloud(box.nodes(), split_squares(along, up, self.diagonal), spacing=h)
+
+    def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
+        """Points of the triangles of a ring mesh about the origin; `place` moves them to where the disk starts."""
+        nodes, triangles = ring_mesh(self.radius, resolution // 2)
+        rule = np.array(RULES[particles_per_cell])
+        X = np.einsum("gk,tkd->tgd", rule, nodes[triangles]).reshape(-1, 2)
+        return X, np.repeat(volumes(nodes, triangles) / len(rule), len(rule))
+
+    def place(self, X: np.ndarray, resolution: int, choices: Choices) -> np.ndarray:
+        return X + self._centre(resolution, choices.moving)
+
+    # initial and boundary conditions
+
+    def fixed(self, x: np.ndarray) -> np.ndarray:
+        return np.repeat(x[:, 1:] < 1e-9 * self.radius, 2, axis=1)
+
+    def loads(self, material: Material) -> Loads:
+        theta = math.radians(self.angle)
+
+        def weight(X: np.ndarray, t: float, b: np.ndarray) -> None:
+            b[:, 0], b[:, 1] = self.gravity * math.sin(theta), -self.gravity * math.cos(theta)
+
+        return Loads(body_force=weight)
+
+    # exact solution of the centre
+
+    def travelled(self, t: np.ndarray) -> np.ndarray:
+        """Displacement of the centre of a rigid disk that rolls from rest [m]."""
+        return self.gravity * math.sin(math.radians(self.angle)) / 3.0 * t**2
+
+    # quantities of interest
+
+    def observe(self, state: State) -> dict[str, Any]:
+        """Displacement of the centre of mass, and the height of the lowest particle [m]."""
+        p = state.particles
+        return {
+            "centre_displacement": p.m @ (p.x - p.X) / p.m.sum(),
+            "lowest_particle": float(p.x[:, 1].min()),
+        }
+
+    def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
+        time, moved = np.array(solution.history["time"]), np.array(solution.history["centre_displacement"])
+        exact = self.travelled(time)
+        error = moved[:, 0] - exact
+        out: dict[str, tuple[Any, str, str]] = {
+            "centre_displacement": (moved[:, 0], "m", "displacement of the centre of mass along the plane"),
+            "centre_rise": (moved[:, 1], "m", "displacement of the centre of mass away from the plane"),
+            "centre_displacement_exact": (exact, "m", "displacement of a rigid disk that rolls without slipping"),
+            "lowest_particle": (np.array(solution.history["lowest_particle"]), "m", "height of the lowest particle"),
+            "error_sum": (
+                float(np.sqrt(np.sum(error**2))),
+                "m",
+                "error of Eq. 67: it grows with the number of samples",
+            ),
+            "error_centre_rms": (float(np.sqrt(np.mean(error**2))), "m", "root mean square error of the displacement"),
+        }
+        if exact[-1] > 0.0:
+            text = "error of the displacement at the end over the exact one"
+            out["error_end_relative"] = (float(error[-1] / exact[-1]), "1", text)
+            landed = int(np.argmax(np.diff(moved[:, 1]) > 0.0)) if np.any(np.diff(moved[:, 1]) > 0.0) else 0
+            out["bounce_height"] = (
+                float(moved[landed:, 1].max() - moved[: landed + 1, 1].min()),
+                "m",
+                "highest rise of the centre after its first landing",
+            )
+        return out
+
+
+def ring_mesh(radius: float, rings: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes on rings around the origin, 6 k on the k-th, and the triangles between them.
+
+    Returns
+    -------
+    nodes : ndarray
+        Positions [m], shape (1 + 3 rings (rings + 1), 2).
+    triangles : ndarray of int
+        Shape (6 rings^2, 3).
+    """
+    nodes, triangles = [np.zeros((1, 2))], []
+    first = [0]
+    for k in range(1, rings + 1):
+        angle = 2.0 * math.pi * np.arange(6 * k) / (6 * k)
+        first.append(first[-1] + (1 if k == 1 else 6 * (k - 1)))
+        nodes.append(radius * k / rings * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+        inner, outer = max(6 * (k - 1), 1), 6 * k
+        for sector in range(6):
+            for i in range(k):
+                a = first[k] + (sector * k + i) % outer
+                b = first[k] + (sector * k + i + 1) % outer
+                c = first[k - 1] + (sector * (k - 1) + i) % inner
+                triangles.append((a, b, c))
+                if i < k - 1:
+                    d = first[k - 1] + (sector * (k - 1) + i + 1) % inner
+                    triangles.append((c, b, d))
+    return np.vstack(nodes), np.array(triangles, dtype=np.int64)
+
+
+def split_squares(along: int, up: int, diagonal: str) -> np.ndarray:
+    """Triangles of a grid of squares, each cut along a diagonal; node numbers as in `Box.nodes`, shape (2 cells, 3).
+
+    `diagonal` is ``falling`` (towards positive x), ``rising``, or ``alternating`` as on a chessboard.
+    """
+    i, j = np.meshgrid(np.arange(along), np.arange(up), indexing="ij")
+    corner = (i * (up + 1) + j).ravel()
+    right, above, opposite = corner + up + 1, corner + 1, corner + up + 2
+    falling = np.stack([corner, right, above, right, opposite, above], axis=1)
+    rising = np.stack([corner, right, opposite, corner, opposite, above], axis=1)
+    share = {"falling": np.zeros_like(i), "rising": np.ones_like(i), "alternating": (i + j) % 2}[diagonal]
+    return np.where(share.reshape(-1, 1) == 1, rising, falling).reshape(-1, 3)
