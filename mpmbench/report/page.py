@@ -233,6 +233,14 @@ def _add_fields(section: Section, study: Study, writer: Writer) -> None:
         section.pictures.append(writer.picture(f"{study.problem}-particle_map", "Particle map", caption, figure))
 
 
+def _code_versions(campaign: Campaign) -> int:
+    """Most versions of the code behind runs of one kind: each kind of run has a code of its own, the files it uses."""
+    if "code_hash" not in campaign.provenance:
+        return 1
+    kinds = [campaign.runs[key] for key in ("problem", "method", "basis", "material") if key in campaign.runs]
+    return int(campaign.provenance["code_hash"].groupby(kinds).nunique().max())
+
+
 def _render(campaign: Campaign, sections: list[Section]) -> str:
     loader = jinja2.PackageLoader("mpmbench.report", package_path="")
     environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
@@ -241,7 +249,7 @@ def _render(campaign: Campaign, sections: list[Section]) -> str:
         str(key): sorted({str(value) for value in campaign.provenance[key].dropna()})
         for key in sorted(map(str, campaign.provenance))
     }
-    codes = origin.pop("code_hash", [])
+    origin.pop("code_hash", None)
     return environment.get_template("page.html.jinja").render(
         title=campaign.folder.resolve().name,
         counts=counts,
@@ -249,6 +257,6 @@ def _render(campaign: Campaign, sections: list[Section]) -> str:
         unreadable=campaign.unreadable,
         sections=sections,
         provenance=origin,
-        code_versions=len(codes),
+        code_versions=_code_versions(campaign),
         interval_meaning=INTERVAL_MEANING,
     )
