@@ -3,14 +3,11 @@
 Exit codes: 0 all runs are fine, 1 some run failed, 2 bad input.
 """
 
+import errno
 import importlib
 import os
-import signal
 import sys
-import tempfile
 import time
-from pathlib import Path
-from typing import Any
 
 from mpmbench import __version__
 from mpmbench.runs.arguments import split
@@ -42,6 +39,8 @@ Keys below a choice, such as basis.d_max or material.young_modulus, stand in con
 all values of a run without running it. Exit codes: 0 fine, 1 some run failed, 2 bad input.
 """
 SHOW_ONLY = {"--cfg", "-c", "--info", "-i", "-sc", "--shell-completion", "--hydra-help"}
+FULL_OR_FORBIDDEN = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS}
+FULL_OR_FORBIDDEN = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS}
 _started = time.perf_counter()
 
 
@@ -63,6 +62,11 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
     except BrokenPipeError:  # for example `| head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except OSError as error:
+        if error.errno not in FULL_OR_FORBIDDEN:
+            raise
+        print(f"mpmbench: {error.filename or 'a temporary file'}: {str(error.strerror).lower()}", file=sys.stderr)
         return 1
 
 
@@ -115,79 +119,6 @@ def run(flags: list[str], pairs: list[str]) -> int:
 
     if not {flag.partition("=")[0] for flag in flags} & SHOW_ONLY:
         isolation.warm_up()  # loads its libraries while we compose the configuration
-    from mpmbench.runs import compose, display, reporting, sweep
+    from mpmbench.runs import session
 
-    compose.sweeping.announce = lambda plan: print(display.plan_line(plan), flush=True)
-    interrupted = False
-    with tempfile.TemporaryDirectory(prefix="mpmbench-") as ledger, TerminatedLikeInterrupted():
-        os.environ["MPMBENCH_LEDGER"] = ledger
-        try:
-            compose.call_hydra(run_case, flags, pairs)
-        except KeyboardInterrupt:
-            interrupted = True
-        sweep.raise_refusal()
-        records, plan = sweep.records(), sweep.read_plan()
-    failed = [record for record in records if record.failed]
-    if plan is not None:
-        failed += [sweep.execute.Record(**record) for record in plan["failed_before"]]
-        for name, reason in plan["not_applicable"]:
-            print(f"not applicable: {name}: {reason}")
-        if failed:
-            print(display.failures(failed))
-    if interrupted:
-        raise KeyboardInterrupt
-    folder = Path(plan["folder"]) if plan else Path(records[0].file).parent if records else None
-    wanted = plan["report"] if plan else any(pair == "report=true" for pair in pairs) and bool(records)
-    reported = reporting.build(folder, only_when_older=not records) if wanted and folder else True
-    return 0 if not failed and reported else 1
-
-
-def run_case(config: Any) -> None:
-    """Hydra's task: run one composed configuration and leave a record of it, or of what is wrong with it."""
-    from mpmbench.runs import sweep
-
-    try:
-        run_composed(config)
-    except BadInput as error:  # Hydra would print a line of its own about an exception
-        sweep.note_refusal(error)
-
-
-def run_composed(config: Any) -> None:
-    """As `run_case`; raises `BadInput`."""
-    from hydra.core.hydra_config import HydraConfig
-
-    from mpmbench.runs import display, execute, settings, sweep
-
-    hydra: Any = HydraConfig.get()
-    number = hydra.job.get("num", 0)
-    stop = sweep.ledger() / "stop"
-    if stop.exists():
-        return
-    resolved, reason = settings.resolve(config, hydra)
-    plan = sweep.read_plan()
-    if plan is None:
-        answer = execute.check([(resolved, reason)])[0]
-        if answer["not_applicable"]:
-            raise BadInput(f"this combination does not apply: {answer['not_applicable']}")
-    with display.progress_bar(execute.result_path(resolved).stem) as progress:
-        record = execute.run(resolved, progress)
-    sweep.note(record, number)
-    if plan is None:
-        print(display.summary(record, time.perf_counter() - _started))
-    else:
-        print(display.line(record, number + 1, plan["to_run"]), flush=True)
-    if record.failed and resolved["on_error"] == "stop":
-        stop.touch()
-
-
-class TerminatedLikeInterrupted:
-    """While active, a request to terminate ends the running case as Ctrl-C does, with its record."""
-
-    def __enter__(self) -> None:
-        def interrupt(number: int, frame: Any) -> None:
-            raise KeyboardInterrupt
-
-        self.before = signal.signal(signal.SIGTERM, interrupt)
-
-    def __exit__(self, *error: object) -> None:
-        signal.signal(signal.SIGTERM, self.before)
+    return session.run(flags, pairs, _started)

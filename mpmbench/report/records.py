@@ -19,6 +19,7 @@ BOOKKEEPING = {  # keys that say where, when and how patiently something ran, no
         "on_error",
         "rerun",
         "timing",
+        "repeats",
         "report",
         "experiments",
         "cases",

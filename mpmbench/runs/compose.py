@@ -2,8 +2,10 @@
 
 import os
 import sys
-from collections.abc import Callable, Sequence
+import tempfile
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import hydra
@@ -20,7 +22,7 @@ from hydra.plugins.sweeper import Sweeper
 from omegaconf import DictConfig, OmegaConf, open_dict
 from omegaconf.errors import OmegaConfBaseException
 
-from mpmbench.runs import settings, sweep
+from mpmbench.runs import launchers, settings, sweep
 from mpmbench.runs.schema import (
     GROUPS,
     BadInput,
@@ -93,6 +95,9 @@ class Sweeping:
 
     announce: Callable[[sweep.Plan], Any] = lambda plan: None  # what is done once the plan stands
     only_plan: bool = False  # stop then
+    plan: sweep.Plan | None = None  # stands already: a launcher has died, and what it left undone is launched again
+    single: dict[str, Any] | None = None  # configuration of a run that is no sweep
+    done: Callable[[], Container[str]] = tuple  # names of the runs that have ended
 
 
 sweeping = Sweeping()
@@ -108,17 +113,22 @@ def plan_batch(self: Any, batch: list[list[str]]) -> None:
     NothingToRun
         When no cell is left.
     """
-    loader = self.hydra_context.config_loader
-    combinations = [cell for overrides in batch for cell in expand_cases(self.config, list(overrides))]
-    plan = sweep.make_plan(combinations, lambda overrides: compose_cell(loader, self.config, overrides))
-    sweeping.announce(plan)
-    if sweeping.only_plan:
+    if sweeping.plan is None:
+        if self.max_batch_size:
+            raise BadInput("hydra.sweeper.max_batch_size: a sweep is checked as a whole before it runs; leave it out")
+        loader = self.hydra_context.config_loader
+        combinations = [cell for overrides in batch for cell in expand_cases(self.config, list(overrides))]
+        sweeping.plan = sweep.make_plan(combinations, lambda overrides: compose_cell(loader, self.config, overrides))
+        launchers.prepare(self.launcher, self.config, sweeping.plan, sweeping.only_plan)
+        sweeping.announce(sweeping.plan)
+        if sweeping.only_plan:
+            raise NothingToRun
+        sweep.record_inapplicable(sweeping.plan)
+        launchers.warm_up(launchers.name_of(self.config.hydra), sweeping.plan)
+    done = sweeping.done()
+    batch[:] = [cell.overrides for cell in sweeping.plan.to_run if cell.name not in done]
+    if not batch:
         raise NothingToRun
-    plan.save(sweep.ledger())
-    sweep.record_inapplicable(plan)
-    if not plan.to_run:
-        raise NothingToRun
-    batch[:] = [cell.overrides for cell in plan.to_run]
 
 
 def expand_cases(master: DictConfig, overrides: list[str]) -> list[list[str]]:
@@ -192,8 +202,8 @@ def wants_many(flags: Sequence[str], pairs: Sequence[str]) -> bool:
     return "-m" in flags or "--multirun" in flags or hydra.get("mode") == "MULTIRUN"
 
 
-def call_hydra(task: Callable[[Any], None], flags: Sequence[str], pairs: Sequence[str]) -> None:
-    """Let Hydra compose, and run `task` on every composed configuration.
+def call_hydra(task: Callable[[Any], None], flags: Sequence[str], pairs: Sequence[str], ledger: Path) -> None:
+    """Let Hydra compose, and run `task` on every composed configuration; `ledger` is the folder of its sweeps.
 
     Raises
     ------
@@ -202,7 +212,7 @@ def call_hydra(task: Callable[[Any], None], flags: Sequence[str], pairs: Sequenc
     """
 
     def action() -> None:
-        arguments = [*flags, *(as_sweep(pairs) if wants_many(flags, pairs) else pairs)]
+        arguments = [*flags, *(as_sweep(pairs) if wants_many(flags, pairs) else pairs), f"hydra.sweep.dir={ledger}"]
         before, sys.argv = sys.argv, ["mpmbench", *arguments]
         try:
             hydra.main(version_base="1.3", config_path=str(shipped_folder("conf")), config_name="config")(task)()
@@ -216,11 +226,12 @@ def call_hydra(task: Callable[[Any], None], flags: Sequence[str], pairs: Sequenc
 
 def plan_only(announce: Callable[[sweep.Plan], Any], flags: Sequence[str], pairs: Sequence[str]) -> None:
     """Plan a sweep and run none of it."""
-    sweeping.announce, sweeping.only_plan = announce, True
-    try:
-        call_hydra(lambda config: None, flags, pairs)
-    finally:
-        sweeping.only_plan = False
+    sweeping.plan, sweeping.announce, sweeping.only_plan = None, announce, True
+    with tempfile.TemporaryDirectory(prefix="mpmbench-plan-") as folder:
+        try:
+            call_hydra(lambda config: None, flags, pairs, Path(folder))
+        finally:
+            sweeping.only_plan = False
 
 
 def compose_many(combinations: Sequence[Sequence[str]]) -> list[tuple[dict[str, Any], str]]:
@@ -265,4 +276,10 @@ def readable(error: Exception, pairs: Sequence[str]) -> BadInput:
             return BadInput(f"{pair}: the chosen {group} has no {name}, which belongs to {', '.join(owners)}")
         if "Ambiguous value" in text and f"'{pair}'" in text:
             return BadInput(f"{pair}: several values need -m, which runs each of them")
+        if key == "hydra/launcher" and "Could not find" in text:
+            extra = "slurm" if "submitit" in pair else "joblib"
+            known = {"joblib", "submitit_local", "submitit_slurm"}
+            if pair.partition("=")[2] in known:
+                return BadInput(f"{pair}: this launcher is an extra; install it by pip install 'mpmbench[{extra}]'")
+            return BadInput(f"{pair}: there is no such launcher; there are basic, {', '.join(sorted(known))}")
     return BadInput(text.partition(" To append to your config")[0].partition(" Set the environment")[0])

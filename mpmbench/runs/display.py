@@ -1,5 +1,6 @@
 """What the user sees of runs: a summary, one line per run of a sweep, a table of failures, a progress bar."""
 
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -69,10 +70,15 @@ def shorten(path: str) -> str:
         return path
 
 
+def on_terminal() -> bool:
+    """Whether somebody is looking at a terminal that can do more than print lines."""
+    return sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
+
+
 @contextmanager
-def progress_bar(name: str) -> Iterator[Callable[[float, float], None] | None]:
+def progress_bar(name: str, shown: bool = True) -> Iterator[Callable[[float, float], None] | None]:
     """A function that draws a bar once the run has taken a while, or None when nobody is looking."""
-    if not sys.stdout.isatty():
+    if not shown or not on_terminal():
         yield None
         return
     started = time.monotonic()

@@ -4,7 +4,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -14,8 +14,10 @@ from mpmbench.runs import isolation
 from mpmbench.runs.identity import result_path
 from mpmbench.runs.provenance import attributes
 from mpmbench.runs.schema import BadInput
+from mpmbench.runs.turns import turn
 
 SUCCESS = ("ok", "not_applicable")
+INTERRUPTED = "stopped by the user or the system"
 
 
 @dataclass
@@ -29,6 +31,7 @@ class Record:
     scalars: dict[str, tuple[float, str]] = field(default_factory=dict)  # value and units
     seconds: float = 0.0
     unwritten: str = ""
+    solver_times: list[float] = field(default_factory=list)  # of the repeats that had the machine to themselves
 
     @property
     def failed(self) -> bool:
@@ -96,8 +99,27 @@ def check_folder(folder: Path) -> None:
         raise BadInput(f"output_dir: {existing} is not writable")
 
 
-def run(config: dict[str, Any], on_progress: Callable[[float, float], None] | None = None) -> Record:
+def run(
+    config: dict[str, Any],
+    on_progress: Callable[[float, float], None] | None = None,
+    alone: bool = False,
+    on_start: Callable[[], None] = lambda: None,
+    solver_times: Sequence[float] = (),
+) -> Record:
     """Run one case; a failure of any kind is a record with a reason, and a file.
+
+    Parameters
+    ----------
+    config : dict
+        The resolved configuration.
+    on_progress : callable or None
+        Called with the fraction done and the simulated time [s].
+    alone : bool
+        Wait until no other run uses the machine, and keep the others waiting.
+    on_start : callable
+        Called when it is this run's turn.
+    solver_times : sequence of float
+        Solver times [s] of earlier repeats: the file gets the median with this one.
 
     Raises
     ------
@@ -105,24 +127,29 @@ def run(config: dict[str, Any], on_progress: Callable[[float, float], None] | No
         After the interrupted run has been recorded.
     """
     target = result_path(config)
-    known = attributes(config)
     limits = limits_of(config)
-    started = time.perf_counter()
-    try:
-        answer = isolation.ask("run", config, known, str(target), limits=limits, on_progress=on_progress)
-        return _record(target, answer, started)
-    except isolation.Ended as end:
-        known |= {"status": end.status, "reason": end.reason}
-        return leave_record(config, known, started, end.time_reached)
-    except KeyboardInterrupt:
-        known |= {"status": "interrupted", "reason": "stopped by the user or the system"}
-        with uninterrupted():
-            leave_record(config, known, started)
-        raise
+    with turn(alone):
+        on_start()
+        known = attributes(config) | {"timing_context": "exclusive" if alone else "shared"}
+        started = time.perf_counter()
+        try:
+            request = ("run", config, known, str(target), list(solver_times))
+            return _record(target, isolation.ask(*request, limits=limits, on_progress=on_progress), started)
+        except isolation.Ended as end:
+            known |= {"status": end.status, "reason": end.reason}
+            return leave_record(config, known, started, end)
+        except KeyboardInterrupt:
+            known |= {"status": "interrupted", "reason": INTERRUPTED}
+            with uninterrupted():
+                leave_record(config, known, started)
+            raise
 
 
 def leave_record(
-    config: dict[str, Any], known: dict[str, Any], started: float | None = None, time_reached: float = 0.0
+    config: dict[str, Any],
+    known: dict[str, Any],
+    started: float | None = None,
+    end: isolation.Ended | None = None,
 ) -> Record:
     """Write the file of a run that could not do it itself, or that does not apply.
 
@@ -132,12 +159,17 @@ def leave_record(
         Attributes, ``status`` and ``reason`` among them.
     started : float or None
         When the run began, on the clock of `time.perf_counter`; None when it never did.
+    end : Ended or None
+        How its process ended.
     """
     target = result_path(config)
     scalars = {}
     if started is not None:
         scalars["wall_time"] = (time.perf_counter() - started, "s", "wall-clock time of the run")
-        scalars["time_reached"] = (time_reached, "s", "simulated time reached, as far as is known")
+        reached = end.time_reached if end else 0.0
+        scalars["time_reached"] = (reached, "s", "simulated time reached, as far as is known")
+    if end is not None and end.solver_time > 0.0:
+        scalars["solver_time"] = (end.solver_time, "s", "wall-clock time from the start of the solver to its end")
     try:
         answer = isolation.ask("record", known, scalars, str(target), limits=limits_of(config))
     except isolation.Ended as end:
@@ -148,6 +180,7 @@ def leave_record(
 def _record(target: Path, answer: dict[str, Any], started: float) -> Record:
     record = Record(target.stem, answer["status"], answer["reason"], str(target), answer["scalars"])
     record.seconds, record.unwritten = time.perf_counter() - started, answer["unwritten"]
+    record.solver_times = answer.get("solver_times", [])
     return record
 
 

@@ -11,7 +11,7 @@ from mpmbench.core.registry import PACKAGES, plugin_files
 from mpmbench.runs.schema import PACKAGE
 
 # What does not change a result, so that changing it makes no finished run worthless.
-NOT_PART_OF_A_RUN = ("output_dir", "campaign", "limits", "on_error", "report", "rerun", "timing")
+NOT_PART_OF_A_RUN = ("output_dir", "campaign", "limits", "on_error", "report", "rerun", "timing", "repeats")
 SOLVER = ("core", "problems", "analysis", "runs/case.py")
 
 

@@ -32,11 +32,13 @@ class Ended(Exception):
         For the result file.
     time_reached : float
         Simulated time [s] of the last message about progress.
+    solver_time : float
+        Wall-clock time [s] since the solver started.
     """
 
-    def __init__(self, status: str, reason: str, time_reached: float = 0.0) -> None:
+    def __init__(self, status: str, reason: str, time_reached: float = 0.0, solver_time: float = 0.0) -> None:
         super().__init__(reason)
-        self.status, self.reason, self.time_reached = status, reason, time_reached
+        self.status, self.reason, self.time_reached, self.solver_time = status, reason, time_reached, solver_time
 
 
 @dataclass
@@ -51,7 +53,7 @@ class Server:
     def start(cls, environment: dict[str, str], relevant: dict[str, str]) -> "Server":
         """Start it; it imports the heavy libraries while the caller goes on."""
         ours, theirs = socket.socketpair()
-        command = [sys.executable, "-P", "-m", "mpmbench.runs.server", str(theirs.fileno())]
+        command = [sys.executable, "-P", "-m", "mpmbench.runs.server", str(theirs.fileno()), str(os.getpid())]
         descriptors = (theirs.fileno(),)
         process = subprocess.Popen(command, pass_fds=descriptors, env=environment, start_new_session=True)
         theirs.close()
@@ -66,8 +68,11 @@ class Server:
 
     def exit_code(self, pid: int) -> int:
         """How a child ended: its exit code, or minus the number of the signal that killed it."""
-        self.control.sendall(struct.pack("q", pid))
-        return self._answer()
+        try:
+            self.control.sendall(struct.pack("q", pid))
+            return self._answer()
+        except (OSError, Ended):
+            return -signal.SIGKILL  # children end with the server
 
     def _answer(self) -> int:
         data = self.control.recv(8, socket.MSG_WAITALL)
@@ -90,6 +95,7 @@ class Child:
     connection: Connection
     pid: int
     progress: tuple[float, float] | None = None  # fraction and simulated time, once the solver has started
+    solver_started: float = 0.0  # on the clock of `time.monotonic`
 
     def ask(
         self, *request: Any, limits: dict[str, Any], on_progress: Callable[[float, float], None] | None = None
@@ -111,7 +117,8 @@ class Child:
                     if message[0] == "done":
                         return message[1]
                     if self.progress is None:
-                        phase, deadline = "time", time.monotonic() + limits["time"]
+                        self.solver_started = time.monotonic()
+                        phase, deadline = "time", self.solver_started + limits["time"]
                     self.progress = message[1:]
                     if on_progress:
                         on_progress(*message[1:])
@@ -130,7 +137,8 @@ class Child:
         if self.progress is None:
             return Ended(status, f"{reason}, before the solver had started")
         fraction, simulation_time = self.progress
-        return Ended(status, f"{reason}, {fraction:.0%} done, at t = {simulation_time:.6g} s", simulation_time)
+        text = f"{reason}, {fraction:.0%} done, at t = {simulation_time:.6g} s"
+        return Ended(status, text, simulation_time, time.monotonic() - self.solver_started)
 
     def memory(self) -> float:
         """Resident memory [MiB] now."""
@@ -183,6 +191,21 @@ def warm_up() -> Server:
     return _server
 
 
+def new_child() -> Child:
+    """A new child, of a new server when the old one is gone.
+
+    Raises
+    ------
+    Ended
+        When the new server does not start either.
+    """
+    try:
+        return (_server or warm_up()).child()
+    except (OSError, Ended):
+        close()
+        return warm_up().child()
+
+
 def ask(*request: Any, limits: dict[str, Any], on_progress: Callable[[float, float], None] | None = None) -> Any:
     """Have a child answer a request; the child of the request before when that ended well.
 
@@ -192,9 +215,10 @@ def ask(*request: Any, limits: dict[str, Any], on_progress: Callable[[float, flo
         When the child died or reached a limit.
     """
     global _child
-    if _child is None:
-        _child = (_server or warm_up()).child()
-    child, _child = _child, None
+    if _child is not None and _child.connection.poll(0):  # it was killed while it waited
+        _child.end()
+        _child = None
+    child, _child = _child or new_child(), None
     answer = child.ask(*request, limits=limits, on_progress=on_progress)
     if isinstance(answer, dict) and answer.get("status", "ok") not in ("ok", "not_applicable"):
         child.end()

@@ -33,7 +33,7 @@ def attributes(config: dict[str, Any]) -> dict[str, Any]:
         "time_step": config["time_step"],
         "particles_per_cell": config["particles_per_cell"],
         "threads": config["threads"],
-        "timing_context": config["timing"],
+        "timing_context": "shared",
         "config": identity.config_json(config),
         "config_hash": identity.config_hash(config),
         "code_hash": identity.code_hash(digests),

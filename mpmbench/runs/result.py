@@ -50,10 +50,20 @@ def read_attributes(path: Path) -> dict[str, Any] | None:
     """Attributes of a result file; None when it does not exist or is no result."""
     try:
         with netCDF4.Dataset(path) as file:
-            attributes = {name: file.getncattr(name) for name in file.ncattrs()}
+            attributes = plain_attributes(file)
     except OSError:
         return None
     return attributes if "config_hash" in attributes and attributes.get("status") in STATUSES else None
+
+
+def plain_attributes(file: netCDF4.Dataset) -> dict[str, Any]:
+    """Attributes of an open file as text, numbers and lists of numbers; ``solver_times`` always as a list."""
+    found = {name: file.getncattr(name) for name in file.ncattrs()}
+    found = {
+        name: value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value for name, value in found.items()
+    }
+    times = found.get("solver_times", [])
+    return found | {"solver_times": times if isinstance(times, list) else [times]}
 
 
 def read_scalars(path: Path) -> tuple[dict[str, Any], dict[str, tuple[Any, dict[str, str]]]]:
@@ -66,7 +76,7 @@ def read_scalars(path: Path) -> tuple[dict[str, Any], dict[str, tuple[Any, dict[
     """
     try:
         with netCDF4.Dataset(path) as file:
-            attributes = {name: file.getncattr(name) for name in file.ncattrs()}
+            attributes = plain_attributes(file)
             scalars: dict[str, tuple[Any, dict[str, str]]] = {}
             for name, variable in file.variables.items():
                 if variable.dimensions == ():

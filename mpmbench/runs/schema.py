@@ -198,6 +198,7 @@ TOP_LEVEL: dict[str, Callable[[Any], Any]] = {
     "rerun": one_of("missing", "failed", "all"),
     "on_error": one_of("continue", "stop"),
     "timing": one_of("shared", "exclusive"),
+    "repeats": whole_number(1),
     "report": boolean,
     "limits.time": positive,
     "limits.setup": positive,

@@ -1,7 +1,7 @@
 """The process that children are forked from: it has loaded all heavy libraries once and does nothing else.
 
-Run as ``python -m mpmbench.runs.server DESCRIPTOR``. The client sends a socket to get a child that serves it, or the
-number of a child to learn how it ended. When the client goes away the server ends, and its children end with it.
+Run as ``python -m mpmbench.runs.server DESCRIPTOR PARENT``. The client sends a socket to get a child that serves it, or
+the number of a child to learn how it ended. When the client goes away the server ends, and its children end with it.
 """
 
 import os
@@ -24,8 +24,9 @@ def end_with_parent(parent: int) -> None:
         os._exit(1)
 
 
-def main(descriptor: int) -> None:
+def main(descriptor: int, parent: int) -> None:
     """Serve requests until the client hangs up."""
+    end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the client decides what ends
     control = socket.socket(fileno=descriptor)
     from mpmbench.runs import worker
@@ -61,4 +62,4 @@ def serve(answer: Callable[[Connection], None], connection: Connection) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]))
+    main(int(sys.argv[1]), int(sys.argv[2]))

@@ -11,7 +11,7 @@ from mpmbench.runs.result import read_attributes
 from mpmbench.runs.schema import BadInput
 from mpmbench.runs.sweep import Plan, state_of
 
-STATES = ("fresh", "stale", "failed", "missing")
+STATES = ("fresh", "stale", "untimed", "failed", "missing")
 
 
 def main(arguments: list[str]) -> int:

@@ -1,19 +1,19 @@
 """All cells of a sweep, before the first of them runs: what is wrong, what does not apply, what is finished already."""
 
 import json
-import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from mpmbench.runs import execute
 from mpmbench.runs.identity import code_digests, code_hash, config_hash, result_path
 from mpmbench.runs.provenance import attributes
-from mpmbench.runs.schema import BadInput
 
 # The same code would fail the same way again; whatever else failed may have been the machine's or the user's doing.
 LASTING = ("ok", "diverged", "broke_down", "not_converged", "not_applicable")
+INCOMPLETE = ("missing", "stale", "untimed")
+RERUN = {"missing": INCOMPLETE, "failed": (*INCOMPLETE, "failed"), "all": (*INCOMPLETE, "failed", "fresh")}
+LONG_ENOUGH = 20.0  # seconds of timed solving, after which a run is not repeated
 
 
 @dataclass
@@ -24,7 +24,8 @@ class Cell:
     config: dict[str, Any]
     not_applicable: str = ""
     earlier: dict[str, Any] | None = None  # attributes of the file of an earlier run
-    state: str = "missing"  # missing, stale, failed, fresh: what its file is worth now
+    work: float = 1.0  # estimated, in units that only comparison gives a meaning
+    state: str = "missing"  # missing, stale, untimed, failed, fresh: what its file is worth now
 
     @property
     def name(self) -> str:
@@ -41,22 +42,18 @@ class Plan:
     not_applicable: list[Cell] = field(default_factory=list)
     folder: str = ""
 
-    def save(self, ledger: Path) -> None:
-        """Leave it for the process that reports at the end."""
-        failed = [
-            execute.Record(path.stem, cell.earlier["status"], cell.earlier["reason"], str(path)).as_dict()
+    def failed_before(self) -> list[execute.Record]:
+        """Records of the finished cells whose runs gave no result."""
+        return [
+            execute.Record(path.stem, cell.earlier["status"], cell.earlier["reason"], str(path))
             for cell in self.finished
             if (path := result_path(cell.config)) and cell.earlier and cell.earlier["status"] not in execute.SUCCESS
         ]
-        summary = {
-            "to_run": len(self.to_run),
-            "finished": len(self.finished),
-            "not_applicable": [(cell.name, cell.not_applicable) for cell in self.not_applicable],
-            "failed_before": failed,
-            "folder": self.folder,
-            "report": any(cell.config["report"] for cell in self.cells()),
-        }
-        (ledger / "plan.json").write_text(json.dumps(summary))
+
+    @property
+    def wants_report(self) -> bool:
+        """Whether a report is to be written."""
+        return any(cell.config["report"] for cell in self.cells())
 
     def cells(self) -> list[Cell]:
         """All cells."""
@@ -88,6 +85,7 @@ def make_plan(combinations: list[list[str]], compose: Callable[[list[str]], tupl
     codes: dict[str, str] = {}
     for cell, answer in zip(cells.values(), answers, strict=True):
         cell.not_applicable, cell.earlier = answer["not_applicable"], answer["earlier"]
+        cell.work = answer["memory"] * steps_of(cell.config)
         if cell.not_applicable:
             plan.not_applicable.append(cell)
             continue
@@ -95,16 +93,21 @@ def make_plan(combinations: list[list[str]], compose: Callable[[list[str]], tupl
         if chosen not in codes:
             codes[chosen] = code_hash(code_digests(cell.config))
         cell.state = state_of(cell.earlier, cell.config, codes[chosen])
-        rerun = cell.config["rerun"]
-        run_it = rerun == "all" or cell.state in ("missing", "stale") or (rerun == "failed" and cell.state == "failed")
+        run_it = cell.state in RERUN[cell.config["rerun"]]
         (plan.to_run if run_it else plan.finished).append(cell)
     if cells:
         plan.folder = str(result_path(next(iter(cells.values())).config).parent)
     return plan
 
 
+def steps_of(config: dict[str, Any]) -> float:
+    """Number of time steps; that of a step at the stability limit grows with the resolution."""
+    step = config["time_step"]
+    return float(config["resolution"]) if step == "auto" else float(config["end_time"]) / float(step)
+
+
 def state_of(earlier: dict[str, Any] | None, config: dict[str, Any], code: str) -> str:
-    """What the file of an earlier run is worth: missing, stale, failed or fresh.
+    """What the file of an earlier run is worth: missing, stale, untimed, failed or fresh.
 
     A run that was interrupted or crashed counts as missing, one that reached a limit as long as the limit was lower.
     """
@@ -119,9 +122,14 @@ def state_of(earlier: dict[str, Any] | None, config: dict[str, Any], code: str) 
         return "missing" if raised else "failed"
     if status not in LASTING:
         return "missing"
-    if config["timing"] == "exclusive" and earlier.get("timing_context") != "exclusive":
-        return "stale"
+    if status == "ok" and config["timing"] == "exclusive" and not timed_enough(earlier["solver_times"], config):
+        return "untimed"
     return "fresh" if status in execute.SUCCESS else "failed"
+
+
+def timed_enough(solver_times: list[float], config: dict[str, Any]) -> bool:
+    """Whether a run has been timed as often as is wanted, or for so long that its time is certain enough."""
+    return len(solver_times) >= config.get("repeats", 1) or sum(solver_times) > LONG_ENOUGH
 
 
 def record_inapplicable(plan: Plan) -> None:
@@ -132,37 +140,3 @@ def record_inapplicable(plan: Plan) -> None:
             continue
         verdict = {"status": "not_applicable", "reason": cell.not_applicable}
         execute.leave_record(cell.config, attributes(cell.config) | verdict)
-
-
-def ledger() -> Path:
-    """Folder in which every run leaves its record for the process that started the sweep."""
-    return Path(os.environ["MPMBENCH_LEDGER"])
-
-
-def note(record: execute.Record, number: int) -> None:
-    """Leave the record of one run."""
-    (ledger() / f"{number}.json").write_text(json.dumps(record.as_dict()))
-
-
-def note_refusal(refusal: BadInput) -> None:
-    """Leave what is wrong with a configuration."""
-    (ledger() / "refused").write_text(json.dumps([str(refusal), refusal.exit_code]))
-
-
-def raise_refusal() -> None:
-    """Raise `BadInput` when a run has refused its configuration."""
-    file = ledger() / "refused"
-    if file.exists():
-        raise BadInput(*json.loads(file.read_text()))
-
-
-def records() -> list[execute.Record]:
-    """Records of all runs so far."""
-    files = sorted(ledger().glob("[0-9]*.json"), key=lambda file: int(file.stem))
-    return [execute.Record(**json.loads(file.read_text())) for file in files]
-
-
-def read_plan() -> dict[str, Any] | None:
-    """The saved plan; None when none was made."""
-    file = ledger() / "plan.json"
-    return json.loads(file.read_text()) if file.exists() else None

@@ -6,7 +6,7 @@ from mpmbench.runs.schema import options
 def main(arguments: list[str]) -> int:
     """``warmup [KEY=VALUE...]``: without a method or basis, all that apply to the problem."""
     from mpmbench.runs import arguments as command_line
-    from mpmbench.runs import execute, isolation
+    from mpmbench.runs import execute, isolation, launchers
 
     _, pairs = command_line.split(arguments, [])
     isolation.warm_up()
@@ -22,12 +22,7 @@ def main(arguments: list[str]) -> int:
         name = f"{config['method']['name']}, {config['basis']['name']}"
         if reason or answer["not_applicable"]:
             continue
-        step = config["time_step"]
-        config["end_time"] = config["end_time"] if step == "auto" else min(config["end_time"], 3 * step)
-        try:
-            done = isolation.ask("solve", config, limits=execute.limits_of(config))
-        except isolation.Ended as end:
-            done = {"status": end.status, "reason": end.reason}
-        failed = failed or done["status"] != "ok"
-        print(f"{name}: {'ready' if done['status'] == 'ok' else done['status'] + ', ' + done['reason']}", flush=True)
+        done = launchers.compile_kernels(config)
+        failed = failed or done != "ok"
+        print(f"{name}: {'ready' if done == 'ok' else done}", flush=True)
     return 1 if failed else 0

@@ -65,6 +65,8 @@ class FailingBar(BarFixedEnds):
         if self.fault == "not_converged":
             raise NotConverged("the residual stays at 0.5")
         if self.fault == "hang":
+            if self.flag_file != "none":
+                Path(self.flag_file).touch()
             spin(np.zeros(1))
         if self.fault == "segfault":
             os.kill(os.getpid(), signal.SIGSEGV)

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import netCDF4
+import psutil
 import pytest
 
 from mpmbench.runs import result
@@ -36,13 +37,15 @@ def by_fault(folder: Path) -> dict[str, tuple[Path, dict]]:
     return {json.loads(found["config"])["problem"]["fault"]: (file, found) for file, found in attributes.items()}
 
 
-@pytest.fixture(scope="module")
-def swept(tmp_path_factory):
-    """One sweep over all faults, with a healthy run first and last."""
-    folder = tmp_path_factory.mktemp("swept")
+@pytest.fixture(scope="module", params=["basic", "joblib", pytest.param("submitit_local", marks=pytest.mark.slow)])
+def swept(request, tmp_path_factory):
+    """One sweep over all faults under each launcher, with a healthy run first and last."""
+    if request.param != "basic":
+        pytest.importorskip("submitit" if "submitit" in request.param else "joblib")
+    folder = tmp_path_factory.mktemp(request.param)
     faults = f"problem.fault=none,{','.join(FAULTS)},not_applicable,slow"
     outcome = subprocess.run(
-        [sys.executable, "-m", "mpmbench", *SWEEP, faults],
+        [sys.executable, "-m", "mpmbench", *SWEEP, faults, f"hydra/launcher={request.param}"],
         cwd=folder, env={**os.environ, "MPMBENCH_PLUGINS": str(PLUGINS)}, capture_output=True, text=True,
     )  # fmt: skip
     return folder, outcome
@@ -68,6 +71,13 @@ def test_the_others_finish_and_the_failed_ones_are_listed(swept):
     for status, reason in FAULTS.values():
         assert status in table and reason in table
     assert "Traceback" not in outcome.stderr
+
+
+def test_a_hang_ends_within_a_second_of_its_limit(swept):
+    """The limit counts from the start of the solver; set-up and compiling have one of their own."""
+    with netCDF4.Dataset(by_fault(swept[0])["hang"][0]) as file:
+        stopped = float(file["solver_time"][...])
+    assert 2.5 <= stopped < 3.5
 
 
 def test_a_run_that_was_stopped_keeps_what_is_known(swept):
@@ -136,14 +146,27 @@ def test_on_error_stop_leaves_the_rest_undone(command, plugins, folder):
     assert set(by_fault(folder)) == {"not_finite"}
 
 
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_sweep_is_completed_by_the_same_command(folder, plugins, command, sent):
-    arguments = ("-m", "problem=failing_bar", "problem.fault=none,slow,raise", "end_time=0.002", "campaign=faults")
-    process = start(*arguments, start_new_session=True)
-    assert process.stdout.readline().startswith("3 runs: 3 to run")
-    assert process.stdout.readline().startswith("[1/3] ok")
+@pytest.mark.parametrize(
+    ("launcher", "sent"),
+    [
+        ("basic", signal.SIGINT),
+        ("basic", signal.SIGTERM),
+        ("joblib", signal.SIGINT),
+        ("submitit_local", signal.SIGTERM),
+    ],
+)
+def test_an_interrupted_sweep_is_completed_by_the_same_command(folder, plugins, command, launcher, sent):
+    """Under joblib every process gets the signal, as by Ctrl-C on a terminal; under submitit only the command."""
+    arguments = ("-m", "problem=failing_bar", "problem.fault=none,slow", "end_time=0.004", "campaign=faults")
+    process = start(*arguments, f"hydra/launcher={launcher}", start_new_session=True)
+    lines = iter(process.stdout.readline, "")
+    assert next(lines).startswith("2 runs: 2 to run")
+    assert any(line.startswith("[1/2] ok") for line in lines)
     time.sleep(0.5)
-    os.killpg(process.pid, sent)
+    if launcher == "submitit_local":
+        os.kill(process.pid, sent)
+    else:
+        os.killpg(process.pid, sent)
     _, errors = process.communicate(timeout=20)
     assert process.returncode == 1
     assert errors.strip() == "mpmbench: interrupted; the same command completes what is missing"
@@ -153,34 +176,87 @@ def test_an_interrupted_sweep_is_completed_by_the_same_command(folder, plugins, 
         "slow": "interrupted",
     }
     untouched = found["none"][0].stat().st_mtime_ns
-    again = command(*arguments[:2], "problem.fault=none,slow", *arguments[3:])
+    again = command(*arguments)
     assert again.code == 0
     assert by_fault(folder)["slow"][1]["status"] == "ok"
     assert by_fault(folder)["none"][0].stat().st_mtime_ns == untouched
 
 
-def children_of(session: str) -> list[str]:
-    import psutil
-
+def pids_of(session: str) -> list[int]:
+    """Processes that were started with this mark in their environment."""
     marked = []
     for process in psutil.process_iter():
         try:
             if process.environ().get("MPMBENCH_TEST") == session:
-                marked.append(f"{process.pid} {' '.join(process.cmdline())}")
+                marked.append(process.pid)
         except psutil.Error:
             continue
     return marked
 
 
-def test_no_process_is_left_when_the_parent_is_killed(folder, plugins, monkeypatch):
+def computes(pid: int) -> bool:
+    """Whether this is the child of a server."""
+    process = psutil.Process(pid)
+    return "mpmbench.runs.server" in process.cmdline() and "mpmbench.runs.server" in process.parent().cmdline()
+
+
+def waited(happened, seconds: float) -> bool:
+    deadline = time.monotonic() + seconds
+    while not happened() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    return happened()
+
+
+@pytest.mark.parametrize(("launcher", "processes"), [("basic", 3), ("joblib", 6), ("submitit_local", 7)])
+def test_no_process_is_left_when_the_parent_is_killed(folder, plugins, monkeypatch, launcher, processes):
+    """Neither the server nor the child that hangs, nor a launcher's workers and controllers."""
     monkeypatch.setenv("MPMBENCH_TEST", str(folder))
-    process = start("-m", "problem=failing_bar", "problem.fault=hang", start_new_session=True)
-    process.stdout.readline()
-    time.sleep(1.5)
-    assert len(children_of(str(folder))) >= 3  # the command, the server and the child that hangs
+    flag = folder / "hangs"
+    arguments = ("-m", "problem=failing_bar", "problem.fault=hang,slow", f"problem.flag_file={flag}")
+    process = start(*arguments, f"hydra/launcher={launcher}", start_new_session=True)
+    assert waited(flag.exists, 60)
+    assert len(pids_of(str(folder))) >= processes
     process.kill()
     process.wait()
-    deadline = time.monotonic() + 5
-    while children_of(str(folder)) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert children_of(str(folder)) == []
+    assert waited(lambda: not pids_of(str(folder)), 5), [psutil.Process(pid) for pid in pids_of(str(folder))]
+
+
+def test_workers_of_joblib_that_are_killed_cost_one_run_at_most(folder, plugins, monkeypatch):
+    """joblib gives up all runs when a worker dies: they are launched again, and one that it happens to twice fails."""
+    pytest.importorskip("joblib")
+    monkeypatch.setenv("MPMBENCH_TEST", str(folder))
+    flag = folder / "hangs"
+    arguments = ("problem=failing_bar", "problem.fault=hang,none,not_finite,slow", "campaign=faults")
+    arguments += ("-m", f"problem.flag_file={flag}", "limits.time=60", "hydra/launcher=joblib")
+    process = start(*arguments)
+    for _ in range(2):
+        assert waited(flag.exists, 60)
+        time.sleep(1.0)
+        children = [psutil.Process(pid) for pid in pids_of(str(folder)) if computes(pid)]
+        hanging = max(children, key=lambda child: child.cpu_times().user)
+        flag.unlink()
+        hanging.parent().parent().kill()
+    out, errors = process.communicate(timeout=60)
+    assert process.returncode == 1, errors
+    found = {fault: (attributes["status"], attributes["reason"]) for fault, (_, attributes) in by_fault(folder).items()}
+    assert found["hang"] == ("crashed", "the launcher's process that ran it was killed, twice")
+    assert found["none"][0] == found["slow"][0] == "ok"
+    assert found["not_finite"][0] == "diverged"
+    assert "2 of the runs failed" in out and "Traceback" not in errors
+
+
+def test_a_server_that_is_killed_between_two_runs_costs_nothing(command, plugins, folder):
+    from mpmbench.runs import isolation
+
+    assert command("problem=failing_bar").code == 0
+    isolation._server.process.kill()
+    isolation._server.process.wait()
+    assert command("problem=failing_bar").code == 0
+
+
+def test_a_launcher_that_does_not_work_is_one_sentence(command, folder):
+    pytest.importorskip("submitit")
+    outcome = command("-m", "resolution=4,5", "hydra/launcher=submitit_slurm")
+    assert outcome.code == 1
+    assert outcome.err.startswith("mpmbench: hydra/launcher=submitit_slurm failed: ") and outcome.err.count("\n") == 1
+    assert not list(folder.rglob("*.nc"))

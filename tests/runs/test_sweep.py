@@ -49,11 +49,12 @@ def test_cases_are_pairs_and_not_a_product(command, folder):
 
 def test_status_looks_up_the_cells_of_a_sweep(command, folder):
     command("resolution=4", "campaign=quickstart")
-    outcome = command("status", "experiments=quickstart", "resolution=4,8")
+    command("resolution=8", "campaign=quickstart", "timing=exclusive", "repeats=1")
+    outcome = command("status", "experiments=quickstart", "resolution=4,8", "repeats=1")
     assert outcome.code == 0
-    assert outcome.out.splitlines()[-1] == "10 runs: 1 fresh, 9 missing"
+    assert outcome.out.splitlines()[-1] == "10 runs: 1 fresh, 1 untimed, 8 missing"
     assert "fresh" in command("status").out
-    assert names(folder) == ["mpm-linear-bar_fixed_ends-n4"]
+    assert names(folder) == ["mpm-linear-bar_fixed_ends-n4", "mpm-linear-bar_fixed_ends-n8"]
 
 
 def test_a_change_of_the_code_makes_results_stale(command, folder, monkeypatch):

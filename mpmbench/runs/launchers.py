@@ -1,0 +1,118 @@
+"""Sweeps under Hydra's launchers: joblib on one machine, submitit on a cluster or, for tests, as local jobs."""
+
+import hashlib
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+from mpmbench.runs import environment, execute, isolation
+from mpmbench.runs.identity import config_json
+from mpmbench.runs.ledger import LOOK_EVERY
+from mpmbench.runs.schema import GROUPS, PACKAGE, BadInput
+from mpmbench.runs.sweep import Plan
+
+SEQUENTIAL = ("basic", "")
+
+
+def chosen(pairs: list[str]) -> str:
+    """Launcher that the command line names."""
+    return next((pair.partition("=")[2] for pair in reversed(pairs) if pair.startswith("hydra/launcher=")), "")
+
+
+def name_of(hydra: Any) -> str:
+    """Launcher of a composed run."""
+    return str(hydra.runtime.choices.get("hydra/launcher") or "")
+
+
+def end_workers(launcher: str) -> None:
+    """Wait for the workers of a launcher to go, once the ledger has told them or they have nothing to do."""
+    if launcher == "joblib":
+        from joblib.externals.loky import get_reusable_executor
+
+        get_reusable_executor().shutdown(kill_workers=True)
+    elif launcher not in SEQUENTIAL:
+        time.sleep(2 * LOOK_EVERY)
+
+
+def shared_folder(pairs: list[str]) -> Path | None:
+    """Where the ledger must lie so that the jobs see it; None when any folder of this machine will do.
+
+    Raises
+    ------
+    BadInput
+        When that folder cannot be written.
+    """
+    if chosen(pairs) != "submitit_slurm":
+        return None
+    output = Path(next((pair.partition("=")[2] for pair in pairs if pair.startswith("output_dir=")), "results"))
+    execute.check_folder(output.absolute())
+    output.mkdir(parents=True, exist_ok=True)
+    return output.absolute()
+
+
+def prepare(launcher: Any, master: Any, plan: Plan, only_plan: bool) -> None:
+    """Fit a launcher to the plan: no more processors in use than there are, and the package known to its workers.
+
+    Raises
+    ------
+    BadInput
+        When runs are to be timed in a way that the launcher cannot.
+    """
+    name = name_of(master.hydra)
+    if name in SEQUENTIAL or only_plan:
+        return
+    if name == "submitit_slurm" and any(cell.config["timing"] == "exclusive" for cell in plan.to_run):
+        raise BadInput(
+            "timing=exclusive: repeats run on this machine and not on the cluster's; time without a launcher"
+        )
+    paths = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path]
+    if str(PACKAGE.parent) not in paths:
+        os.environ["PYTHONPATH"] = os.pathsep.join([str(PACKAGE.parent), *paths])
+    if name == "joblib" and launcher.joblib.get("n_jobs", -1) == -1:
+        threads = max((cell.config["threads"] for cell in plan.to_run), default=1)
+        workers = max(1, (os.cpu_count() or 1) // threads)
+        launcher.joblib["n_jobs"] = min(workers, max(1, len(plan.to_run)))
+
+
+def warm_up(launcher: str, plan: Plan) -> None:
+    """Compile the kernels of a parallel sweep once, before its workers would each do it.
+
+    Runs that differ in numbers only share their kernels; those compiled already are known by a mark beside the cache.
+    """
+    if launcher in SEQUENTIAL or not plan.to_run:
+        return
+    kinds: dict[str, dict[str, Any]] = {}
+    for cell in sorted(plan.to_run, key=lambda cell: cell.work, reverse=True):
+        kinds[kernels_of(cell.config)] = cell.config  # the smallest run of a kind comes last
+    marks = environment.cache_folder() / "compiled"
+    missing = [kind for kind in kinds if not (marks / kind).exists()]
+    for number, kind in enumerate(missing, 1):
+        config = kinds[kind]
+        print(
+            f"compiling {number}/{len(missing)}: {config['method']['name']}, {config['basis']['name']}, "
+            f"{config['problem']['name']}",
+            flush=True,
+        )
+        if compile_kernels(config) == "ok":
+            marks.mkdir(exist_ok=True)
+            (marks / kind).touch()
+
+
+def kernels_of(config: dict[str, Any]) -> str:
+    """A name for what is compiled: all choices that are words or whole numbers."""
+    choices = {
+        group: {key: value for key, value in config[group].items() if not isinstance(value, float)} for group in GROUPS
+    }
+    return hashlib.sha256(config_json(choices).encode()).hexdigest()[:16]
+
+
+def compile_kernels(config: dict[str, Any]) -> str:
+    """Run one step of a configuration and keep nothing; the status says whether that went well."""
+    step = config["time_step"]
+    short = config | {"end_time": config["end_time"] * 1e-6 if step == "auto" else min(config["end_time"], step)}
+    try:
+        answer = isolation.ask("solve", short, limits=execute.limits_of(config))
+    except isolation.Ended as end:
+        return f"{end.status}, {end.reason}"
+    return str(answer["status"]) if answer["status"] == "ok" else f"{answer['status']}, {answer['reason']}"

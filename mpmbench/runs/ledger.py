@@ -1,0 +1,158 @@
+"""What the processes of one command tell each other: a temporary folder with one small file per run.
+
+Hydra's launchers hand back nothing before the last run has ended, and nothing at all when a worker dies. A folder works
+under each of them, on a cluster too when it lies on a shared disk. It is the folder ``hydra.sweep.dir``.
+"""
+
+import json
+import os
+import shutil
+import socket
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from mpmbench.runs.execute import Record
+from mpmbench.runs.schema import BadInput
+
+PREFIX = "mpmbench-sweep-"
+LOOK_EVERY = 0.25  # seconds between two looks of a worker at the process that started it
+
+
+class Ledger:
+    """One such folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def note(self, record: Record) -> None:
+        """Leave the record of a run."""
+        self._place(f"{record.name}.done", record.as_dict())
+        self.forget_start(record.name)
+
+    def started(self, name: str, fraction: float = 0.0) -> None:
+        """Leave a mark that a run has started, or how far it is."""
+        self._place(f"{name}.running", {"fraction": fraction})
+
+    def ended(self) -> list[str]:
+        """Names of the runs that have ended, in this order."""
+        return [file.stem for file in sorted(self.folder.glob("*.done"), key=lambda file: file.stat().st_mtime_ns)]
+
+    def record(self, name: str) -> Record:
+        """Record of a run that has ended."""
+        return Record(**json.loads((self.folder / f"{name}.done").read_text()))
+
+    def records(self) -> dict[str, Record]:
+        """Records by the names of the runs, in the order in which these ended."""
+        return {name: self.record(name) for name in self.ended()}
+
+    def running(self) -> dict[str, float]:
+        """Fraction done of each run that has started and not ended."""
+        found = {}
+        for file in sorted(self.folder.glob("*.running")):
+            try:
+                found[file.stem] = float(json.loads(file.read_text())["fraction"])
+            except (OSError, ValueError):  # it has just ended
+                continue
+        return found
+
+    def refuse(self, refusal: BadInput) -> None:
+        """Leave what is wrong with a configuration."""
+        self._place("refused", [str(refusal), refusal.exit_code])
+
+    def raise_refusal(self) -> None:
+        """Raise `BadInput` when a run has refused its configuration."""
+        file = self.folder / "refused"
+        if file.exists():
+            raise BadInput(*json.loads(file.read_text()))
+
+    def say(self, word: str) -> None:
+        """Tell all workers: ``stop`` starting runs, or ``abandon`` those that run too."""
+        (self.folder / word).touch()
+
+    def said(self, word: str) -> bool:
+        """Whether that has been said."""
+        return (self.folder / word).exists()
+
+    def owner(self) -> int:
+        """Process that made this folder; 0 when it is gone."""
+        try:
+            return int(json.loads((self.folder / "owner").read_text())["pid"])
+        except (OSError, ValueError):
+            return 0
+
+    def forget_start(self, name: str) -> None:
+        """Take back that a run has started."""
+        (self.folder / f"{name}.running").unlink(missing_ok=True)
+
+    def owner_is_gone(self) -> bool:
+        """Whether the command that made this folder has ended or given up; on another machine only the latter shows."""
+        try:
+            owner = json.loads((self.folder / "owner").read_text())
+        except (OSError, ValueError):
+            return True
+        here = owner["host"] == socket.gethostname()
+        return self.said("abandon") or (here and birth(owner["pid"]) != owner["birth"])
+
+    def _place(self, name: str, content: Any) -> None:
+        unfinished = self.folder / f".{name}.{os.getpid()}"
+        unfinished.write_text(json.dumps(content))
+        unfinished.replace(self.folder / name)
+
+
+def birth(pid: int) -> str:
+    """What tells a process from a later one of the same number; empty when there is none."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+        return "" if fields[0] == "Z" else fields[19]
+    except OSError:
+        if Path("/proc/self").exists():
+            return ""
+    try:
+        os.kill(pid, 0)
+        return "alive"
+    except OSError:
+        return ""
+
+
+@contextmanager
+def opened(parent: Path | None = None) -> Iterator[Ledger]:
+    """A new ledger below `parent` (default: the system's temporary folder), removed at the end.
+
+    Those of commands that were killed are removed as well.
+    """
+    place = parent or Path(tempfile.gettempdir())
+    for leftover in place.glob(f"{PREFIX}*"):
+        if not (leftover / "owner").exists() and time.time() - leftover.stat().st_mtime < 60:
+            continue  # somebody is making it
+        if Ledger(leftover).owner_is_gone():
+            shutil.rmtree(leftover, ignore_errors=True)
+    folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=parent)).absolute()
+    ledger = Ledger(folder)
+    ledger._place("owner", {"pid": os.getpid(), "host": socket.gethostname(), "birth": birth(os.getpid())})
+    try:
+        yield ledger
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+_followed: set[Path] = set()
+
+
+def follow_owner(ledger: Ledger, end: Callable[[], None]) -> None:
+    """In a worker: end this process, after calling `end`, as soon as the command that started the sweep is gone."""
+    if ledger.folder in _followed or ledger.owner() == os.getpid():
+        return
+    _followed.add(ledger.folder)
+
+    def watch() -> None:
+        while not ledger.owner_is_gone():
+            time.sleep(LOOK_EVERY)
+        end()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
