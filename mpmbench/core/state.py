@@ -80,6 +80,8 @@ class State:
         Places of the nodes [m], shape (N, dim), in the reference configuration.
     geometry : Geometry or None
         Where the basis was built.
+    dead_load : ndarray or float
+        Constant forces on the nodes [N], shape (N, dim).
     traction_particle : ndarray of int
         Particle or tracer on which each point load acts.
     workspace : object
@@ -105,6 +107,7 @@ class State:
     time: float = 0.0
     external_work: float = 0.0
     time_step: float = 0.0
+    dead_load: np.ndarray | float = 0.0
     traction_particle: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     initial_nodes: np.ndarray = field(default_factory=lambda: np.zeros((0, 1)))
     geometry: Geometry | None = None

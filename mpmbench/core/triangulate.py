@@ -96,3 +96,23 @@ def nodal_volumes(cloud: Cloud) -> np.ndarray:
     assert cloud.simplices is not None
     share = volumes(cloud.nodes, cloud.simplices) / cloud.simplices.shape[1]
     return np.bincount(cloud.simplices.ravel(), np.repeat(share, cloud.simplices.shape[1]), len(cloud.nodes))
+
+
+def irregular_line(length: float, cells: int, irregularity: float, seed: int) -> Cloud:
+    """Nodes on a line, all but the ends displaced by up to `irregularity` spacings, with the segments between them."""
+    spacing = length / cells
+    nodes = np.linspace(0.0, length, cells + 1)[:, None]
+    ends = np.zeros(nodes.shape, dtype=bool)
+    ends[[0, -1]] = True
+    if irregularity > 0.0:
+        nodes = jittered(nodes, spacing, irregularity, ends, seed)
+    return Cloud(nodes, triangulation(nodes, length), spacing)
+
+
+def seed_segments(cloud: Cloud, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
+    """Midpoints of equal parts of the segments between nodes on a line: positions (P, 1) and volumes (P,) [m]."""
+    nodes = np.sort(cloud.nodes[:, 0])
+    edges = np.diff(nodes)
+    local = (np.arange(particles_per_cell) + 0.5) / particles_per_cell
+    X = (nodes[:-1, None] + edges[:, None] * local).reshape(-1, 1)
+    return X, np.repeat(edges / particles_per_cell, particles_per_cell)

@@ -1,8 +1,8 @@
 """Isothermal plane shock in a viscous fluid, in 1D, along a strip and along a cylinder (Li 2009, section 4.1).
 
 ``rho_0 phi'' = sigma_11,X`` with ``sigma_11 = K (J - 1/J) / 2 + (4 eta / 3) J' / J`` has the travelling wave
-``J = (J_a + J_b) / 2 + (J_a - J_b) / 2 tanh((X - C t) / (2 L))`` (Eqs. 4.20-4.23, with + log 2) from J_b behind the shock
-to J_a ahead of it, ``C^2 = K (1 + 1 / (J_a J_b)) / (2 rho_0)`` and ``L = 8 eta C J_a J_b / (3 K (J_a - J_b))``.
+``J = (J_a + J_b) / 2 + (J_a - J_b) / 2 tanh((X - C t) / (2 L))`` (Eqs. 4.20-4.23, with + log 2) from J_b behind
+it to J_a ahead, ``C^2 = K (1 + 1 / (J_a J_b)) / (2 rho_0)`` and ``L = 8 eta C J_a J_b / (3 K (J_a - J_b))``.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.registry import register
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import Loads, State
-from mpmbench.core.triangulate import barycentres, disc, extruded, jittered, nodal_volumes, triangulation
+from mpmbench.core.triangulate import barycentres, disc, extruded, jittered, nodal_volumes, seed_segments, triangulation
 from mpmbench.problems import Fields, Problem
 
 WIDTH = 4  # cells across the strip, and along the radius of the cylinder
@@ -113,7 +113,7 @@ class IsothermalShock(Problem):
         layout = self.particle_layout
         if layout == "midpoint" or (layout == "auto" and self.dimension == 1):
             if self.dimension == 1:  # cells between the nodes, where these are irregular too
-                return _seed_segments(np.sort(self._cloud(resolution).nodes[:, 0]), particles_per_cell)
+                return seed_segments(self._cloud(resolution), particles_per_cell)
             return seed_cells(self._box(resolution), particles_per_cell)
         cloud = self._cloud(resolution)
         return (cloud.nodes, nodal_volumes(cloud)) if layout == "nodes" else barycentres(cloud)
@@ -254,11 +254,3 @@ class IsothermalShock(Problem):
 def smallest_stretch(F: np.ndarray) -> float:
     """Lower bound of all principal stretches, ``1 / |F^-1|``; exact in 1D."""
     return float(1.0 / np.sqrt(np.sum(np.linalg.inv(F) ** 2, axis=(1, 2)).max()))
-
-
-def _seed_segments(nodes: np.ndarray, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
-    """Midpoints of equal parts of the segments between nodes, shapes (P, 1) and (P,)."""
-    edges = np.diff(nodes)
-    local = (np.arange(particles_per_cell) + 0.5) / particles_per_cell
-    X = (nodes[:-1, None] + edges[:, None] * local).reshape(-1, 1)
-    return X, np.repeat(edges / particles_per_cell, particles_per_cell)

@@ -101,6 +101,8 @@ class EntropyBasis:
     def follow(self, particles: Particles) -> None:
         """Take the metric from the deformation gradients of these particles from now on."""
         self._particles = particles
+        solid = particles.material  # tracers are not strained: theirs is that of the nearest particle
+        _, self._nearest = cKDTree(particles.X[solid]).query(particles.X[solid.stop :])
 
     def evaluate(self, x: np.ndarray) -> Stencils:
         """Values and gradients at any points `x` [m], shape (n, dim), in arrays of their own.
@@ -114,6 +116,8 @@ class EntropyBasis:
         """Store the functions of the particles in `handle`, which is a wider one when they no longer fit."""
         if self.locality != "fixed" and self._particles is not None:
             self._measure(self._particles.F, self.cloud.metric)
+            for values in self.cloud.metric:
+                values[self._particles.material.stop :] = values[self._nearest]
         self.handle = self._fill(self.cloud, x, self.handle, self.iterations)
         self.totals["points"] += len(x)
         self.totals["steps"] += int(self.iterations.sum())

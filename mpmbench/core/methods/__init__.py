@@ -53,6 +53,8 @@ class Choices:
         How often a step that does not converge may be halved, and its halves again.
     line_search : bool
         Shorten steps that make the residual grow; those that turn a particle inside out always are.
+    derivatives : {"plain", "symmetric"}
+        How SPH takes derivatives: of Eq. 2.5 of Li 2009, or with differences of velocities and sums of stresses.
     newmark_velocity, newmark_displacement : float
         Newmark's lambda and zeta (often gamma and beta); 1/2 and 1/4 is the trapezoidal rule.
     """
@@ -75,6 +77,7 @@ class Choices:
     max_iterations: int = 30
     step_halvings: int = 6
     line_search: bool = True
+    derivatives: str = "plain"
     newmark_velocity: float = 0.5
     newmark_displacement: float = 0.25
 
@@ -95,6 +98,7 @@ class Choices:
         require(1e-14 <= tolerance < 1.0, "residual_tolerance", tolerance, "a number from 1e-14 to 1")
         require(self.max_iterations >= 1, "max_iterations", self.max_iterations, "a whole number >= 1")
         require(0 <= self.step_halvings <= 20, "step_halvings", self.step_halvings, "a whole number from 0 to 20")
+        require_option("derivatives", self.derivatives, ("plain", "symmetric"))
         velocity = self.newmark_velocity
         require(0.5 <= velocity <= 1.0, "newmark_velocity", velocity, "a number from 0.5 to 1")
         require(

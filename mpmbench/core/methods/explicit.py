@@ -81,7 +81,7 @@ def project_velocity(s: State) -> None:
 def external_force(s: State) -> None:
     """Body force and point loads at the start of the step: ``f_i = sum_p m_p b_p phi_i + sum phi_i(x) t``."""
     p, n = s.particles, s.nodes
-    n.f_external[:] = 0.0
+    n.f_external[:] = s.dead_load
     if s.loads.body_force is not None:
         s.loads.body_force(p.X, s.time, p.b)
         transfer.p2g_momentum(s.basis.handle, p.x, p.m, p.b, n.f_external)

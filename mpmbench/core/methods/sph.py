@@ -1,0 +1,135 @@
+"""Smoothed particle hydrodynamics with an Eulerian kernel, for contrast: it has the tensile instability (Swegle 1995).
+
+Particles are their own nodes; there is no artificial viscosity. The derivatives of Li 2009, Eq. 2.5, are
+``L_i = sum_j V_j v_j (x) grad W_ij`` and ``rho_i a_i = sum_j V_j sigma_j grad W_ij``. Monaghan's symmetric ones put
+``v_j - v_i`` in place of v_j, and ``rho_i rho_j (sigma_i / rho_i^2 + sigma_j / rho_j^2)`` in place of sigma_j.
+"""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from mpmbench.core.bases.kernel import REACH, KernelBasis, cubic_spline
+from mpmbench.core.compiled import lean, matrix
+from mpmbench.core.errors import BrokeDown, Diverged, NotApplicable
+from mpmbench.core.materials import cauchy_stress
+from mpmbench.core.methods import Choices
+from mpmbench.core.methods.explicit import constrain
+from mpmbench.core.registry import register
+from mpmbench.core.state import State
+
+
+@register("method", "sph")
+def step(s: State, dt: float) -> None:
+    """Advance the state by one step of size `dt` [s]."""
+    p, dim = s.particles, s.particles.dimension
+    solid, h = p.material, smoothing_length(s)
+    x, v = p.x[solid], p.v[solid]
+    if not np.isfinite(x).all():
+        raise Diverged("a position is not finite")
+    if s.workspace is None:  # tracers go with the nearest particle
+        s.workspace = cKDTree(p.X[solid]).query(p.X[solid.stop :])[1]
+    i, j = cKDTree(x).query_pairs(REACH * h, output_type="ndarray").T
+    difference = x[i] - x[j]
+    gradient = cubic_spline(np.linalg.norm(difference, axis=1), h, dim)[1][:, None] * difference  # of W_ij at x_i
+
+    symmetric = s.choices.derivatives == "symmetric"
+    m, V = p.m[solid, None], p.V[solid, None]
+    if symmetric:
+        specific = p.sigma[solid] * (V / m)[:, :, None] ** 2
+        pull = np.einsum("nab,nb->na", specific[i] + specific[j], gradient)
+        a = scatter(m[j] * pull, i, len(x)) - scatter(m[i] * pull, j, len(x))
+    else:
+        push = [np.einsum("nab,nb->na", V[k, :, None] * p.sigma[solid][k], gradient) for k in (i, j)]
+        a = V / m * (scatter(push[1], i, len(x)) - scatter(push[0], j, len(x)))
+    if s.loads.body_force is not None:
+        s.loads.body_force(p.X, s.time, p.b)
+        a += p.b[solid]
+    constrain(s, dt)
+    v[:] = np.where(s.fixed, s.nodes.v, v + dt * a)
+
+    by_i, by_j = (v[j] - v[i], v[i] - v[j]) if symmetric else (v[j], v[i])
+    L = scatter(np.einsum("na,nb->nab", V[j] * by_i, gradient), i, len(x))
+    L -= scatter(np.einsum("na,nb->nab", V[i] * by_j, gradient), j, len(x))
+    p.F[solid] += dt * L @ p.F[solid]
+    if len(p.L):
+        p.L[solid] = L
+    p.V[solid] = p.V0[solid] * np.linalg.det(p.F[solid])
+    p.v[solid.stop :] = v[s.workspace]
+    p.x += dt * p.v
+    s.nodes.v[:] = v
+    s.basis.move(dt * v)
+    if p.V[solid].min() > 0.0:  # the guard ends the run otherwise
+        update_stress(s.law, s.axes, p.F[solid], L, dt, p.state, p.sigma)
+    s.time += dt
+
+
+@lean
+def update_stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
+    """Cauchy stresses of all particles from their deformation and velocity gradients."""
+    F_p, L_p, sigma_p = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
+    for p in range(F.shape[0]):
+        for d in range(len(axes)):
+            for e in range(len(axes)):
+                F_p[d, e], L_p[d, e], sigma_p[d, e] = F[p, d, e], L[p, d, e], sigma[p, d, e]
+        cauchy_stress(law, axes, F_p, L_p, dt, state[p], sigma_p)
+        for d in range(len(axes)):
+            for e in range(len(axes)):
+                sigma[p, d, e] = sigma_p[d, e]
+
+
+def smoothing_length(s: State) -> float:
+    """Smoothing length h [m].
+
+    Raises
+    ------
+    BrokeDown
+        When the particles are not the nodes.
+    """
+    if not isinstance(s.basis, KernelBasis):
+        raise BrokeDown("method=sph needs basis=kernel")
+    particles, nodes = len(s.particles.x) - s.particles.tracers, len(s.fixed)
+    if nodes != particles:
+        raise BrokeDown(f"method=sph needs particles at the nodes: there are {particles} particles and {nodes} nodes")
+    return s.basis.smoothing_length
+
+
+def scatter(values: np.ndarray, index: np.ndarray, count: int) -> np.ndarray:
+    """Sums of `values` by `index`, in the order of the pairs, shape (count, ...)."""
+    total = np.zeros((count, *values.shape[1:]))
+    np.add.at(total, index, values)
+    return total
+
+
+def check(choices: Choices) -> None:
+    """Refuse choices that SPH does not have.
+
+    Raises
+    ------
+    NotApplicable
+    """
+    for key, value, wanted in (
+        ("nodes", choices.nodes, "moving"),
+        ("shape_functions", choices.shape_functions, "updated"),
+        ("mass", choices.mass, "lumped"),
+        ("transfer", choices.transfer, "flip"),
+    ):
+        if value != wanted:
+            raise NotApplicable(
+                f"method.{key}={value} is no choice for sph, whose particles are the nodes: only {wanted}"
+            )
+
+
+def check_basis(name: str) -> None:
+    """Refuse other shape functions.
+
+    Raises
+    ------
+    NotApplicable
+    """
+    if name != "kernel":
+        raise NotApplicable(f"method=sph needs basis=kernel, not basis={name}")
+
+
+step.check = check  # type: ignore[attr-defined]
+step.check_basis = check_basis  # type: ignore[attr-defined]
+step.needs = cauchy_stress  # type: ignore[attr-defined]

@@ -1,0 +1,128 @@
+"""Bar held in a stretched state and disturbed by next to nothing: does it keep still (Li 2009, section 4.2).
+
+``rho_0 u'' = P_X`` with ``P = E ln J`` on a bar of length l, stretched uniformly, with both ends held and a random
+velocity of 1e-10 m/s. The tangent modulus E / J is positive, so that the bar itself is stable at any stretch; whatever
+grows is the tensile instability of the discretisation.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from mpmbench.core.errors import NotApplicable, require, require_option
+from mpmbench.core.geometry import Box, Geometry
+from mpmbench.core.materials import Material
+from mpmbench.core.materials.elastic_fluid import ElasticFluid
+from mpmbench.core.methods import Choices
+from mpmbench.core.particles import Particles
+from mpmbench.core.registry import register
+from mpmbench.core.simulation import Solution
+from mpmbench.core.state import State
+from mpmbench.core.transfer import p2g_internal_force
+from mpmbench.core.triangulate import irregular_line, nodal_volumes, seed_segments
+from mpmbench.problems import Fields, Problem
+
+UNSTABLE = 100.0  # growth beyond this is an instability: what is bounded oscillates near 1
+
+
+@register("problem", "prestretched_bar")
+@dataclass(frozen=True)
+class PrestretchedBar(Problem):
+    """Parameters of the bar.
+
+    Parameters
+    ----------
+    stretch : float
+        Initial stretch, 0.2 to 5.
+    velocity_noise : float
+        Amplitude of the random initial velocity [m/s].
+    particle_layout : {"midpoint", "nodes"}
+        Midpoints of equal parts of the segments between nodes, or the nodes themselves.
+    random_seed : int
+        Of the velocity.
+    """
+
+    stretch: float = 1.5
+    velocity_noise: float = 1e-10
+    particle_layout: str = "midpoint"
+    random_seed: int = 0
+    dimension: ClassVar[int] = 1
+    reference_length: ClassVar[float] = 40.0
+
+    def __post_init__(self) -> None:
+        require(0.2 <= self.stretch <= 5.0, "stretch", self.stretch, "a number from 0.2 to 5")
+        noise = self.velocity_noise
+        require(0.0 < noise < 1e-3, "velocity_noise", noise, "a positive number below 1e-3 [m/s]")
+        require_option("particle_layout", self.particle_layout, ("midpoint", "nodes"))
+
+    def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
+        if not isinstance(material, ElasticFluid):
+            raise NotApplicable("the bar is made for material=elastic_fluid, P = E ln J in 1D")
+        if choices.time != "explicit":
+            raise NotApplicable(f"method.time={choices.time}: the initial stress is balanced for explicit methods only")
+
+    # geometry
+
+    def nodes(self, resolution: int, choices: Choices) -> Geometry:
+        """The unstretched bar; for fixed nodes, which do not follow, the stretched one."""
+        stretch = 1.0 if choices.moving or choices.frozen else self.stretch
+        return Box((0.0,), (stretch * self.reference_length,), (resolution,))
+
+    def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
+        cloud = irregular_line(self.reference_length, resolution, 0.0, 0)
+        if self.particle_layout == "nodes":
+            return cloud.nodes, nodal_volumes(cloud)
+        return seed_segments(cloud, particles_per_cell)
+
+    # initial and boundary conditions
+
+    def fixed(self, x: np.ndarray) -> np.ndarray:
+        tolerance = 1e-12 * self.reference_length
+        return (x < tolerance) | (x > x.max() - tolerance)
+
+    def velocity(self, X: np.ndarray, material: Material) -> np.ndarray:
+        noise = np.random.default_rng(self.random_seed).uniform(-self.velocity_noise, self.velocity_noise, X.shape)
+        return np.where(self.fixed(X), 0.0, noise)
+
+    def initial_displacement(self, material: Material) -> Callable[[np.ndarray], np.ndarray] | None:
+        return lambda X: (self.stretch - 1.0) * X
+
+    def prepare(self, particles: Particles, material: Material) -> None:
+        assert isinstance(material, ElasticFluid)
+        particles.x *= self.stretch
+        particles.F *= self.stretch
+        particles.V *= self.stretch
+        particles.sigma[:] = material.bulk_modulus * np.log(self.stretch)
+
+    def start(self, state: State, dt: float) -> None:
+        """Balance the initial stress node by node: functions that fail the patch test would set the bar in motion."""
+        p, force = state.particles, np.zeros_like(state.nodes.f)
+        state.basis.locate(p.x)
+        p2g_internal_force(state.basis.handle, p.x, p.V, p.sigma, force)
+        state.dead_load = -force
+
+    # exact solution
+
+    def exact(self, X: np.ndarray, t: float, material: Material) -> Fields:
+        """At rest, but for the noise."""
+        assert isinstance(material, ElasticFluid)
+        stress = np.full((len(X), 1, 1), material.bulk_modulus * np.log(self.stretch))
+        return {"displacement": (self.stretch - 1.0) * X, "velocity": np.zeros_like(X), "stress": stress}
+
+    # quantities of interest
+
+    def observe(self, state: State) -> dict[str, Any]:
+        """Disturbance: root mean square velocity of the unknowns, which midpoints of cells may not see."""
+        v = state.nodes.v if state.choices.transfer == "nodal" else state.particles.v
+        return {"disturbance": float(np.sqrt(np.mean(v**2)))}
+
+    def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
+        disturbance = np.array(solution.history["disturbance"])
+        growth = float(disturbance.max() / disturbance[0])
+        return {
+            "disturbance": (disturbance, "m s-1", "root mean square velocity"),
+            "growth": (growth, "1", "largest disturbance over the initial one"),
+            "is_stable": (int(solution.status == "ok" and growth < UNSTABLE), "1", f"growth stays below {UNSTABLE:g}"),
+        }
