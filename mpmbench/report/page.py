@@ -35,6 +35,12 @@ class Picture:
     caption: str
     svg: str
 
+    @property
+    def wide(self) -> bool:
+        """Whether it takes more than one column of a journal."""
+        width = re.search(r"max-width:(\d+)px", self.svg)
+        return width is not None and int(width.group(1)) > 1.2 * 72 * SCREEN_SCALE * style.COLUMN
+
 
 @dataclass
 class Section:

@@ -14,8 +14,10 @@ from typing import Any
 
 import yaml
 
+from mpmbench.runs.identity import NOT_PART_OF_A_RUN
 from mpmbench.runs.result import read_attributes
 from mpmbench.runs.schema import GROUPS, read_yaml
+from mpmbench.runs.settings import dotted
 
 DIRECTIVE = re.compile(r"^# reproduce: bisect ([\w.]+) to ([\d.e-]+)$", re.MULTILINE)
 SURVIVED = ("ok",)
@@ -50,12 +52,19 @@ def asked_for(file: Path) -> Bisection | None:
     return Bisection(found.group(1), float(found.group(2)), cases)
 
 
-def next_round(bisection: Bisection, results: Path) -> list[str]:
+def related(key: str, results: Path, names: set[str]) -> set[str]:
+    """Those of the files in a folder that differ from the named ones in nothing but the key."""
+    configurations = {name: _without(key, config) for name, config, _ in _runs(results)}
+    wanted = [configurations[name] for name in names if name in configurations]
+    return {name for name, config in configurations.items() if config in wanted}
+
+
+def next_round(bisection: Bisection, results: Path, names: set[str]) -> list[str]:
     """Cases with the values that come next, as an experiment would list them; empty when all intervals are small.
 
     A case whose runs all survive, or all fail, has no interval and is left as it is.
     """
-    runs = list(_runs(results))
+    runs = [(config, status) for name, config, status in _runs(results) if name in names]
     cases = []
     for case in bisection.cases:
         values = [(_value(config, bisection.key), status) for config, status in runs if _belongs(config, case)]
@@ -84,12 +93,21 @@ def write_round(file: Path, campaign: str, cases: list[str], folder: Path) -> st
     return name
 
 
-def _runs(results: Path) -> Iterator[tuple[dict[str, Any], str]]:
-    """Configuration and status of all runs in a folder."""
+def _runs(results: Path) -> Iterator[tuple[str, dict[str, Any], str]]:
+    """Name, configuration and status of all runs in a folder."""
     for file in sorted(results.glob("*.nc")):
         attributes = read_attributes(file)
         if attributes is not None:
-            yield json.loads(attributes["config"]), attributes["status"]
+            yield file.name, json.loads(attributes["config"]), attributes["status"]
+
+
+def _without(key: str, config: dict[str, Any]) -> dict[str, Any]:
+    """What a result depends on but for one dotted key."""
+    return {
+        name: value
+        for name, value in dotted(config).items()
+        if name.partition(".")[0] not in NOT_PART_OF_A_RUN and name != key
+    }
 
 
 def _value(config: dict[str, Any], key: str) -> Any:

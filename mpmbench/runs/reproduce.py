@@ -17,11 +17,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from mpmbench.runs import bisect
+from mpmbench.runs import bisect, stamp
 from mpmbench.runs.display import shorten
 from mpmbench.runs.schema import PACKAGE, BadInput, did_you_mean, experiments, read_yaml, shipped_folder
 
-STAMP = ".complete.json"
 AT_A_TIME = 2
 # A numerical failure is what some experiments are made to show: it is a result. These are not.
 NOT_RESULTS = ("crashed", "interrupted", "timeout", "out_of_memory")
@@ -73,13 +72,10 @@ def main(arguments: list[str]) -> int:
     started = time.perf_counter()
     todo = [one for one in chosen if not is_complete(one, pairs)]
     print(f"{name}: {len(chosen)} experiments, {len(chosen) - len(todo)} complete", flush=True)
-    run_all(todo, pairs)
-    bad = [line for one in todo for line in without_result(one)]
-    for line in bad:
-        print(line)
+    finished = run_all(todo, pairs)
     print(f"runs: {time.perf_counter() - started:.1f} s", flush=True)
     reported = report(name, folder, chosen)
-    return 0 if reported and not bad else 1
+    return 0 if reported and finished else 1
 
 
 def papers() -> list[str]:
@@ -108,56 +104,63 @@ def choose(name: str, output: Path) -> list[Experiment]:
 
 def is_complete(experiment: Experiment, pairs: list[str]) -> bool:
     """Whether its stamp fits the code, the configuration and the result files that are there now."""
-    try:
-        stamp = json.loads((experiment.results / STAMP).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
     asks_again = any(pair.startswith("rerun=") and pair != "rerun=missing" for pair in pairs)
-    return not asks_again and bool(stamp == fingerprint(experiment, pairs))
+    return not asks_again and stamp.is_valid(experiment.results, inputs(experiment, pairs))
 
 
-def fingerprint(experiment: Experiment, pairs: list[str]) -> dict[str, object]:
-    """What the results of an experiment depend on, and the files themselves by size and time."""
+def inputs(experiment: Experiment, pairs: list[str]) -> str:
+    """Digest of all that the results of an experiment depend on."""
     sources = [file for room in ("core", "problems", "analysis", "runs") for file in (PACKAGE / room).rglob("*.py")]
     plugins = experiment.plugins
     more = [file for file in plugins.rglob("*") if file.suffix in (".py", ".yaml")] if plugins else []
     digest = hashlib.sha256(json.dumps(sorted(pairs)).encode())
     for file in [experiment.file, *sorted(shipped_folder("conf").rglob("*.yaml")), *sorted(sources), *sorted(more)]:
         digest.update(str(file).encode() + b"\0" + file.read_bytes() + b"\0")
-    files = {file.name: file.stat() for file in sorted(experiment.results.glob("*.nc"))}
-    return {
-        "inputs": digest.hexdigest(),
-        "files": {name: [stat.st_size, stat.st_mtime_ns] for name, stat in files.items()},
-    }
+    return digest.hexdigest()
 
 
-def run_all(todo: list[Experiment], pairs: list[str]) -> None:
-    """Run experiments: those that time first and alone, then the others side by side."""
-    for experiment in todo:
-        if experiment.alone:
-            run(experiment, pairs)
+def run_all(todo: list[Experiment], pairs: list[str]) -> bool:
+    """Run experiments, those that time first and alone, then the others side by side; whether all runs have results."""
     together = [experiment for experiment in todo if not experiment.alone]
+    done = [run(experiment, pairs) for experiment in todo if experiment.alone]
     with ThreadPoolExecutor(min(AT_A_TIME, os.cpu_count() or 1)) as pool:
-        for _ in pool.map(lambda experiment: run(experiment, pairs), together):
-            pass
+        done += pool.map(lambda experiment: run(experiment, pairs), together)
+    return all(done)
 
 
-def run(experiment: Experiment, pairs: list[str]) -> None:
-    """One experiment, as a user would start it; its lines come with its name in front."""
+def run(experiment: Experiment, pairs: list[str]) -> bool:
+    """One experiment, as a user would start it; answers whether every run has come to a result."""
     environment = dict(os.environ)
     if experiment.plugins:
         known = [part for part in environment.get("MPMBENCH_PLUGINS", "").split(os.pathsep) if part]
         environment["MPMBENCH_PLUGINS"] = os.pathsep.join([*known, str(experiment.plugins)])
+    before = inputs(experiment, pairs)
     sweep(experiment, experiment.name, pairs, environment)
+    names = cells(experiment, pairs, environment)
     bisection = bisect.asked_for(experiment.file)
-    while bisection and (cases := bisect.next_round(bisection, experiment.results)):
+    while bisection:
+        names = bisect.related(bisection.key, experiment.results, names)
+        cases = bisect.next_round(bisection, experiment.results, names)
+        if not cases:
+            break
         with tempfile.TemporaryDirectory(prefix="mpmbench-") as folder:
             name = bisect.write_round(experiment.file, experiment.name, cases, Path(folder))
             known = [part for part in (environment.get("MPMBENCH_PLUGINS"), folder) if part]
             sweep(experiment, name, pairs, environment | {"MPMBENCH_PLUGINS": os.pathsep.join(known)})
-    if not list(without_result(experiment)):
-        stamp = json.dumps(fingerprint(experiment, pairs), indent=0)
-        (experiment.results / STAMP).write_text(stamp + "\n", encoding="utf-8")
+    bad = list(without_result(experiment, names))
+    for line in bad:
+        print(line)
+    if not bad:
+        stamp.write(experiment.results, before, names)
+    return not bad
+
+
+def cells(experiment: Experiment, pairs: list[str], environment: dict[str, str]) -> set[str]:
+    """Names of the result files of all cells, whichever else the folder holds from earlier versions."""
+    command = [sys.executable, "-m", "mpmbench", "status", f"experiments={experiment.name}", *pairs]
+    lines = subprocess.run(command, capture_output=True, text=True, env=environment).stdout.splitlines()
+    known = {file.stem: file.name for file in experiment.results.glob("*.nc")}
+    return {known[word] for line in lines for word in line.split() if word in known}
 
 
 def sweep(experiment: Experiment, name: str, pairs: list[str], environment: dict[str, str]) -> None:
@@ -180,18 +183,17 @@ def sweep(experiment: Experiment, name: str, pairs: list[str], environment: dict
         raise BadInput(f"reproduce {experiment.name}: {last.removeprefix('mpmbench: ')}")
 
 
-def without_result(experiment: Experiment) -> Iterable[str]:
+def without_result(experiment: Experiment, names: set[str]) -> Iterable[str]:
     """A line for every run that ended by accident rather than by its method."""
     from mpmbench.runs.result import read_attributes
 
-    files = sorted(experiment.results.glob("*.nc"))
-    if not files:
+    if not names:
         yield f"{experiment.name}: no results"
-    for file in files:
-        attributes = read_attributes(file)
+    for name in sorted(names):
+        attributes = read_attributes(experiment.results / name)
         status, reason = (attributes["status"], attributes["reason"]) if attributes else ("unreadable", "")
         if attributes is None or status in NOT_RESULTS:
-            yield f"{experiment.name}: {file.stem}: {status}: {reason}"
+            yield f"{experiment.name}: {name}: {status}: {reason}"
 
 
 def report(name: str, folder: Path, chosen: list[Experiment]) -> bool:

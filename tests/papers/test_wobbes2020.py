@@ -15,8 +15,10 @@ from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, judge
 from mpmbench.report.papers import Campaigns, Chapter, Paper, cell, find, names, read_campaigns
 from mpmbench.report.papers import page as paper_page
 from mpmbench.report.papers.parts import subset
-from mpmbench.report.papers.wobbes2020 import errata, survival, table1
-from mpmbench.runs import bisect, compose, schema
+from mpmbench.report.papers.wobbes2020 import errata, spectra, survival, table1
+from mpmbench.runs import bisect, compose, schema, stamp
+from mpmbench.runs.case import solve
+from tests.core import support
 
 ROOT = Path(__file__).parents[2]
 EXPERIMENTS = ROOT / "experiments" / "wobbes2020"
@@ -243,6 +245,10 @@ def test_conclusions_follow_from_the_errors():
 # bisection
 
 
+def files(folder):
+    return {file.name for file in (folder / "runs").glob("*.nc")}
+
+
 def test_bisection_halves_the_interval_of_each_case_and_stops(tmp_path, write_run):
     file = tmp_path / "stability.yaml"
     file.write_text("# @package _global_\n# reproduce: bisect cfl to 0.1\ncases:\n  - method=mpm\n  - method=otm\n")
@@ -257,11 +263,11 @@ def test_bisection_halves_the_interval_of_each_case_and_stops(tmp_path, write_ru
     for method in ("mpm", "otm"):
         write(method, 0.5, "ok")
     write("mpm", 2.0, "diverged")
-    assert bisect.next_round(wanted, tmp_path / "runs") == ["method=mpm cfl=1.25"]
+    assert bisect.next_round(wanted, tmp_path / "runs", files(tmp_path)) == ["method=mpm cfl=1.25"]
     write("mpm", 1.25, "broke_down")
-    assert bisect.next_round(wanted, tmp_path / "runs") == ["method=mpm cfl=0.875"]
+    assert bisect.next_round(wanted, tmp_path / "runs", files(tmp_path)) == ["method=mpm cfl=0.875"]
     write("mpm", 1.2, "ok")
-    assert bisect.next_round(wanted, tmp_path / "runs") == []
+    assert bisect.next_round(wanted, tmp_path / "runs", files(tmp_path)) == []
     assert bisect.asked_for(EXPERIMENTS / "fig6.yaml") is None
 
 
@@ -272,5 +278,35 @@ def test_stability_table_reads_the_bracket(tmp_path, write_run):
         with netCDF4.Dataset(path, "a") as data:
             data.config = json.dumps(json.loads(data.config) | {"cfl": cfl})
     row = survival.stability_table(read_campaigns(tmp_path)["stability"]).rows[0]
-    assert [row[k].value for k in (4, 5, 6)] == pytest.approx([0.99, 1.01, 1.0])
-    assert row[2].value == pytest.approx(1e-3) and len(row[6].files) == 2
+    limit = 1e-3 * survival.WAVE_SPEED * 16
+    assert [row[k].value for k in (2, 4, 5)] == pytest.approx([limit, 0.99 * limit, 1.01 * limit])
+    assert row[6].value == pytest.approx(1.0) and len(row[6].files) == 2
+    assert row[3].value == pytest.approx(np.sqrt(0.6)) and row[7].value == pytest.approx(limit / np.sqrt(0.6))
+
+
+def test_limits_on_an_infinite_grid():
+    assert spectra.largest_step(1, "consistent", "flip") == pytest.approx(1.0 / np.sqrt(3.0))
+    assert spectra.largest_step(2, "consistent", "flip") == pytest.approx(2.0 / np.sqrt(10.0))
+    for degree in (1, 2, 3):
+        for transfer in ("flip", "position_difference"):
+            assert spectra.largest_step(degree, "lumped", transfer) > spectra.largest_step(degree, "consistent", "flip")
+
+
+@pytest.mark.parametrize("transfer", ["flip", "position_difference"])
+@pytest.mark.parametrize("mass", ["lumped", "consistent"])
+def test_the_solver_meets_the_limits_on_an_infinite_grid(mass, transfer):
+    case = {"method__mass": mass, "method__transfer": transfer, "resolution": 64, "problem__velocity_amplitude": 0.006}
+    limit = spectra.largest_step(1, mass, transfer) / 64 / survival.WAVE_SPEED
+    ends = []
+    for factor in (0.97, 1.05):
+        config = support.compose("bar_fixed_ends", "mpm", "linear", time_step=factor * limit, end_time=0.2, **case)
+        ends.append(solve(config).attrs["status"])
+    assert ends == ["ok", "diverged"]
+
+
+def test_files_of_an_earlier_version_are_left_out(tmp_path, write_run):
+    kept = write_run(tmp_path / "bar", "mpm", resolution=8)
+    write_run(tmp_path / "bar", "mpm", resolution=8, settings={"basis": {"old_key": 1}})
+    assert len(read_campaigns(tmp_path)["bar"].runs) == 2
+    stamp.write(tmp_path / "bar", "inputs", {kept.name})
+    assert list(read_campaigns(tmp_path)["bar"].runs.index) == [f"bar/{kept.name}"]

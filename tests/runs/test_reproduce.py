@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from mpmbench.runs import reproduce
+from mpmbench.runs import reproduce, stamp
 
 EXPERIMENT = """\
 # @package _global_
@@ -61,12 +61,19 @@ def test_runs_what_is_missing_and_then_nothing(command, folder, study):
 def test_the_stamp_knows_the_experiment_the_settings_and_the_files(folder, study):
     (one,) = reproduce.choose("mini", folder / "results")
     one.results.mkdir(parents=True)
-    before = reproduce.fingerprint(one, [])
-    assert reproduce.fingerprint(one, []) == before != reproduce.fingerprint(one, ["threads=2"])
-    (one.results / "x.nc").write_text("x")
-    with_file = reproduce.fingerprint(one, [])
+    before = reproduce.inputs(one, [])
+    assert reproduce.inputs(one, []) == before != reproduce.inputs(one, ["threads=2"])
+    result = one.results / "x.nc"
+    result.write_text("x")
+    stamp.write(one.results, before, {"x.nc"})
+    assert reproduce.is_complete(one, []) and not reproduce.is_complete(one, ["rerun=all"])
+    (one.results / "of_an_earlier_version.nc").write_text("y")
+    assert reproduce.is_complete(one, [])
+    result.write_text("xx")
+    assert not reproduce.is_complete(one, [])
+    stamp.write(one.results, before, {"x.nc"})
     (study / "one.yaml").write_text(EXPERIMENT + "\n")
-    assert len({str(value) for value in (before, with_file, reproduce.fingerprint(one, []))}) == 3
+    assert not reproduce.is_complete(one, [])
 
 
 def test_bisection_ends_with_a_small_interval(command, folder, study):
@@ -85,7 +92,7 @@ def test_an_accident_is_no_result(command, folder, study):
     place.mkdir(parents=True)
     (place / "broken.nc").write_text("no netCDF")
     (one,) = reproduce.choose("mini", folder / "results")
-    assert list(reproduce.without_result(one)) == ["mini/one: broken: unreadable: "]
+    assert list(reproduce.without_result(one, {"broken.nc"})) == ["mini/one: broken.nc: unreadable: "]
 
 
 @pytest.mark.parametrize(

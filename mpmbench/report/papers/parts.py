@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from mpmbench.report import figures, tables
@@ -15,6 +16,7 @@ from mpmbench.report.claims import Claim, MissingRuns, Runs
 from mpmbench.report.records import Campaign, read_campaign
 from mpmbench.report.series import Study, order_of, studies
 from mpmbench.report.tables import Cell, Table
+from mpmbench.runs import stamp
 
 ERRORS = ("error_displacement_rms", "error_stress_rms")
 NOT_PAPERS = ("page", "parts")
@@ -77,6 +79,7 @@ class Chapter:
         quantities: Iterable[str] = ERRORS[:1],
         problem: str | None = None,
         prefix: str = "",
+        where: str = "",
     ) -> None:
         """Add figure and table of errors along the main axis of a campaign, and the table of its orders.
 
@@ -89,8 +92,11 @@ class Chapter:
             Needed when the campaign has runs of several problems.
         prefix : str
             Begins the names, when a chapter has several of these.
+        where : str
+            Ends the titles then, for example ``"plate"``.
         """
         study = study_of(campaign, problem)
+        more = f", {where}" if where else ""
         estimates = {}
         for quantity in quantities:
             found = {one.label: order_of(study, one, quantity) for one in study.series if len(one.finite(quantity))}
@@ -100,14 +106,14 @@ class Chapter:
                 continue
             what = quantity.removeprefix("error_").removesuffix("_rms")
             caption = "Orders p with 95 % intervals; triangles show whole orders." if estimates[quantity] else ""
-            title = f"{what.replace('_', ' ').capitalize()} error"
+            title = f"{what.replace('_', ' ').capitalize()} error{more}"
             self.draw(f"{prefix}{what}", title, caption, drawing, study.runs.index)
             table = tables.errors(study, quantity)
             if table is not None:
-                self.add(dataclasses.replace(table, name=f"{prefix}{what}"))
+                self.add(dataclasses.replace(table, name=f"{prefix}{what}", title=table.title + more))
         table = tables.orders(study, {quantity: orders for quantity, orders in estimates.items() if orders})
         if table is not None:
-            self.add(dataclasses.replace(table, name=f"{prefix}orders"))
+            self.add(dataclasses.replace(table, name=f"{prefix}orders", title=table.title + more))
 
 
 @dataclass(frozen=True)
@@ -159,8 +165,25 @@ def read_campaigns(folder: Path) -> Campaigns:
     found = Campaigns()
     for place in sorted({file.parent for file in Path(folder).rglob("*.nc") if not file.name.startswith(".")}):
         name = place.relative_to(folder).as_posix()
-        found[name] = _below(read_campaign(place), name, Path(folder))
+        found[name] = _below(_complete(read_campaign(place)), name, Path(folder))
     return found
+
+
+def _complete(campaign: Campaign) -> Campaign:
+    """A campaign without files that its experiment no longer has, where that is known."""
+    listed = stamp.read(campaign.folder).get("files")
+    if listed is None:
+        return campaign
+    keep = campaign.runs.index.isin(list(listed))
+    unreadable = {file: reason for file, reason in campaign.unreadable.items() if file in listed}
+    return _rows(dataclasses.replace(campaign, unreadable=unreadable), keep)
+
+
+def _rows(campaign: Campaign, keep: np.ndarray) -> Campaign:
+    """Some of the runs of a campaign."""
+    return dataclasses.replace(
+        campaign, runs=campaign.runs[keep], settings=campaign.settings[keep], provenance=campaign.provenance[keep]
+    )
 
 
 def _below(campaign: Campaign, name: str, folder: Path) -> Campaign:
@@ -204,9 +227,7 @@ def subset(campaign: Campaign, **match: Any) -> Campaign:
         keep &= column.isin(value if isinstance(value, (list, tuple, set)) else [value]).to_numpy()
     if not keep.any():
         raise MissingRuns(f"{campaign.folder.name}: no run matches {match}")
-    return dataclasses.replace(
-        campaign, runs=campaign.runs[keep], settings=campaign.settings[keep], provenance=campaign.provenance[keep]
-    )
+    return _rows(campaign, keep)
 
 
 def cell(campaigns: Campaigns, campaign: str, quantity: str, **match: Any) -> Cell:

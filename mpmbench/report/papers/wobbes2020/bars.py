@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from mpmbench.report import style
 from mpmbench.report.papers.parts import Campaigns, Chapter, cell
 from mpmbench.report.papers.wobbes2020.support import (
     ERROR,
@@ -10,6 +9,7 @@ from mpmbench.report.papers.wobbes2020.support import (
     MOVING,
     STRESS,
     derived,
+    exact_line,
     fields,
     method,
     panels,
@@ -37,7 +37,7 @@ def fig5_chapter(campaigns: Campaigns) -> Chapter:
         match = method(name, resolution=cells)
         file, found = fields(campaigns, "fig5", *PROFILE, **match)
         x, stress, exact = found["position"][:, 0], found["stress"][:, 0, 0], found["stress_exact"][:, 0, 0]
-        axis.plot(x, exact, label="exact", **style.EXACT)
+        exact_line(axis, x, exact)
         scatter(axis, x, stress, name)
         axis.set_title(f"{name}, {cells + 1} nodes", pad=3)
         files.append(file)
@@ -73,7 +73,7 @@ def fig6_chapter(campaigns: Campaigns) -> Chapter:
         "With the paper's time step the error of the time step ends all curves early. With one that is ten times "
         "smaller the orders can be read:"
     )
-    page.convergence(campaigns["orders"], (ERROR,), prefix="small_step_")
+    page.convergence(campaigns["orders"], (ERROR,), prefix="small_step_", where="time step 1e-6 s")
     return page
 
 
@@ -91,7 +91,7 @@ def fig7_chapter(campaigns: Campaigns) -> Chapter:
     for axis, name in zip(axes, METHODS, strict=True):
         file, found = fields(campaigns, "fig7", *PROFILE, **_as_paper(name))
         x = found["position"][:, 0]
-        axis.plot(x, found["stress_exact"][:, 0, 0], label="exact", **style.EXACT)
+        exact_line(axis, x, found["stress_exact"][:, 0, 0])
         scatter(axis, x, found["stress"][:, 0, 0], name)
         axis.set_title(name, pad=3)
         files.append(file)
@@ -102,12 +102,37 @@ def fig7_chapter(campaigns: Campaigns) -> Chapter:
         "Black: exact solution of the nonlinear bar."
     )
     page.draw("stress", "Stress in the bar with dynamic traction", caption, figure, files)
+    _fig7_edge(page, campaigns)
     page.add(_fig7_errors(campaigns))
     page.notes.append(
         "The reference is the exact simple wave of the neo-Hookean bar. The paper compares with the linear wave "
         "equation, whose distance from it is in the column beside. The edge is the last two cells of the bar."
     )
     return page
+
+
+def _fig7_edge(page: Chapter, campaigns: Campaigns) -> None:
+    """The end of the bar: what more particles do to BSMPM, and what the place of the load does."""
+    shown = {
+        "BSMPM, 4 particles per cell": _as_paper("BSMPM"),
+        "BSMPM, 16 particles per cell": _as_paper("BSMPM") | {"particles_per_cell": 16},
+        "BSMPM, 4, load at the end": _as_paper("BSMPM") | {"method__traction": "end_point"},
+        "unified, 4 particles per cell": _as_paper("unified"),
+    }
+    figure, axes = panels(len(shown), 4, height=1.7)
+    files = []
+    for axis, (label, match) in zip(axes, shown.items(), strict=True):
+        file, found = fields(campaigns, "fig7", *PROFILE, **match)
+        near = found["position_initial"][:, 0] > 1.0 - 3.0 * EDGE
+        x = found["position"][near, 0]
+        exact_line(axis, x, found["stress_exact"][near, 0, 0])
+        scatter(axis, x, found["stress"][near, 0, 0], label.partition(",")[0], size=5.0)
+        axis.set_title(label, pad=3, size=7)
+        files.append(file)
+    figure.supxlabel("position $x_1$ [m]", size=8)
+    figure.supylabel(r"stress $\sigma$ [Pa]", size=8)
+    caption = "The last six cells of the bar. Unless said otherwise BSMPM carries the load on its last particle."
+    page.draw("edge", "The right edge", caption, figure, files)
 
 
 def _as_paper(name: str) -> dict[str, object]:

@@ -3,12 +3,13 @@
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from mpmbench.analysis.convergence import OrderEstimate, estimate_order, order_with_interval
 from mpmbench.report import style
 from mpmbench.report.claims import Runs
 from mpmbench.report.papers.parts import Campaigns, Chapter
-from mpmbench.report.papers.wobbes2020.support import ERROR, fields, single
+from mpmbench.report.papers.wobbes2020.support import ERROR, fields, panels
 from mpmbench.report.tables import Cell, Table
 
 CELLS = (8, 16, 32, 64)
@@ -43,6 +44,7 @@ VARIANTS: tuple[tuple[str, str, dict[str, Any]], ...] = (
     ("unified, Eq. 99, larger step", "the same, time step 1e-5 s", {"method": "unified_eq99", "time_step": 1e-5}),
     ("unified, late constraints", "constrained entries set to zero after the solve", {"method": "unified_late"}),
 )
+LETTERS = "abcdefghijklmnop"
 NORMS: dict[str, dict[str, Any]] = {"max-ent, Eq. 102": MAXENT, "unified, Eq. 102": UNIFIED}
 
 
@@ -83,49 +85,56 @@ def errata_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "errata",
         "The equations as printed, and the order of max-ent",
-        "Fig. 6 of the paper shows max-ent functions with an order between 1 and 2. With the exact gradient and "
-        "consistent mass they are cubic B-splines away from the ends, and the order is about 3.5.",
+        "Fig. 6 shows max-ent functions with an order between 1 and 2, and B-splines with order 3.",
     )
-    figure, axes = single(height=3.6, width=1.5 * style.COLUMN)
-    rows, explains = [], []
-    shapes = "ov^s<>PXDph*d8"
     everything = [(name, what, variant_errors(campaigns, match)) for name, what, match in VARIANTS]
-    printed = [
-        (name, "the error norm of Eq. 102, without the square", norm_as_printed(campaigns, match))
-        for name, match in NORMS.items()
-    ]
-    for k, (name, what, errors) in enumerate([*everything, *printed]):
-        family = "unified" if name.startswith("unified") else "otm"
-        is_norm = k >= len(everything)
-        found = order_of(errors, "m^0.5" if is_norm else "m")
+    for name, match in NORMS.items():
+        everything.append((name, "the error norm of Eq. 102, without the square", norm_as_printed(campaigns, match)))
+    rows, explains = [], []
+    for letter, (name, what, errors) in zip(LETTERS, everything, strict=False):
+        found = order_of(errors, "m^0.5" if name in NORMS else "m")
         slopes = ", ".join(f"{slope:.2f}" for slope in found.local)
-        values = [float(c.value) for c in errors]
-        look = {"marker": shapes[k % len(shapes)], "color": style.colour(family), "ms": 4, "lw": 0.9}
-        reference = what.startswith("nothing")
-        axes.loglog(
-            CELLS,
-            values,
-            label=name,
-            ls="-" if reference else ":" if is_norm else "--",
-            mfc="white" if not reference else None,
-            **look,
-        )
-        rows.append(
-            [Cell(name), Cell(what), *errors, Cell(slopes), Cell(order_with_interval(found)), Cell(found.verdict)]
-        )
+        order = Cell(order_with_interval(found))
+        rows.append([Cell(letter), Cell(name), Cell(what), *errors, Cell(slopes), order, Cell(found.verdict)])
         if not name.startswith("unified") and between_one_and_two(found):
             explains.append(f"{name} ({slopes})")
-    axes.set_xticks(CELLS, [str(n) for n in CELLS])
-    axes.minorticks_off()
-    axes.set_xlabel("cells along the reference length")
-    axes.set_ylabel("RMS displacement error [m]; Eq. 102 [m$^{1/2}$]")
-    figure.legend(loc="outside right upper", fontsize=6)
-    caption = "Full lines: corrected equations; broken lines: one thing changed; dots: another norm."
-    page.draw("variants", "What each erratum does to the error", caption, figure, campaigns["errata"].runs.index)
-    columns = ["variant", "what is changed", *(f"{n} cells" for n in CELLS), "local slopes", "order", "verdict"]
-    page.add(Table("orders", "Errors [m] and orders of the variants", columns, rows, numeric=(2, 3, 4, 5)))
+    caption = (
+        "Letters are those of the table. Full lines: corrected equations; broken lines: one thing changed; dots: the "
+        "norm of Eq. 102, in m^(1/2)."
+    )
+    files = campaigns["errata"].runs.index
+    page.draw("variants", "What each erratum does to the error", caption, _curves(everything), files)
+    columns = ["", "variant", "what is changed", *(f"{n} cells" for n in CELLS), "local slopes", "order", "verdict"]
+    page.add(Table("orders", "Errors [m] and orders of the variants", columns, rows, numeric=(3, 4, 5, 6)))
     page.notes += conclusions({name: errors for name, _, errors in everything}, explains)
     return page
+
+
+def _curves(everything: list[tuple[str, str, list[Cell]]]) -> Figure:
+    """Max-ent and B-spline variants side by side, each curve with its letter at both ends."""
+    figure, (left, right) = panels(2, 2, height=3.2)
+    for letter, (name, what, errors) in zip(LETTERS, everything, strict=False):
+        splines = name.startswith("unified")
+        axes = right if splines else left
+        look = style.line("unified", "bspline") if splines else style.line("otm", "maxent")
+        if not what.startswith("nothing"):
+            look |= {"linestyle": ":" if name in NORMS else "--", "markerfacecolor": "white"}
+        values = [float(cell.value) for cell in errors]
+        axes.loglog(CELLS, values, **look)
+        side = 1 if ord(letter) % 2 else -1  # curves that coincide have their letters on different sides
+        end = -1 if side > 0 else 0
+        place, align = (5 * side, 0), "left" if side > 0 else "right"
+        axes.annotate(
+            letter, (CELLS[end], values[end]), place, textcoords="offset points", ha=align, va="center", size=7
+        )
+    for axes, title in ((left, "max-ent functions, OTM"), (right, "B-splines, unified method")):
+        axes.set_title(title, pad=3)
+        axes.set_xlim(CELLS[0] / 1.4, CELLS[-1] * 1.4)
+        axes.set_xticks(CELLS, [str(n) for n in CELLS])
+        axes.minorticks_off()
+    figure.supxlabel("cells along the reference length", size=8)
+    figure.supylabel("RMS displacement error [m]", size=8)
+    return figure
 
 
 def conclusions(errors: dict[str, list[Cell]], explains: list[str]) -> list[str]:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from mpmbench.report import figures, style, tables
+from mpmbench.report import figures, tables
 from mpmbench.report.papers.parts import Campaigns, Chapter, cell, study_of
 from mpmbench.report.papers.wobbes2020.support import (
     ERROR,
@@ -13,6 +13,7 @@ from mpmbench.report.papers.wobbes2020.support import (
     RELATIVE_STRESS,
     STRESS,
     derived,
+    exact_line,
     fields,
     method,
     panels,
@@ -52,7 +53,7 @@ def fig9_chapter(campaigns: Campaigns) -> Chapter:
         row = np.isclose(height, height[np.argmin(np.abs(height - ROW))])
         order = np.flatnonzero(row)[np.argsort(found["position"][row, 0])]
         x = found["position"][order, 0]
-        axis.plot(x, 1e-3 * found["stress_exact"][order, 0, 0], **style.EXACT)
+        exact_line(axis, x, 1e-3 * found["stress_exact"][order, 0, 0])
         scatter(axis, x, 1e-3 * found["stress"][order, 0, 0], name)
         axis.set_title(name, pad=3)
         files.append(file)

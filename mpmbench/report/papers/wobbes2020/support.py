@@ -27,6 +27,7 @@ METHODS: dict[str, dict[str, Any]] = {
     "unified": {"method": "unified", "basis": "bspline"},
 }
 MASS = {"MPM-P1": "lumped"}  # all others consistent
+MOST_POINTS = 400
 MOVING = ("OTM-P1", "OTM-maxent", "unified")
 
 
@@ -87,8 +88,14 @@ def single(height: float = 2.6, width: float = style.COLUMN) -> tuple[Figure, Ax
     return figure, figure.add_subplot()
 
 
-def scatter(axes: Axes, x: np.ndarray, y: np.ndarray, name: str) -> None:
+def exact_line(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
+    """The exact solution in black, with no more points than can be seen."""
+    order = np.argsort(x)[:: max(1, len(x) // MOST_POINTS)]
+    axes.plot(x[order], y[order], label="exact", **style.EXACT)
+
+
+def scatter(axes: Axes, x: np.ndarray, y: np.ndarray, name: str, size: float = 2.0) -> None:
     """Particles in the colour of their method."""
     axes.plot(
-        x, y, linestyle="none", marker=".", ms=2.0, mew=0, rasterized=True, color=style.colour(METHODS[name]["method"])
+        x, y, linestyle="none", marker=".", ms=size, mew=0, rasterized=True, color=style.colour(METHODS[name]["method"])
     )
