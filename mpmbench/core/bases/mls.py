@@ -85,7 +85,7 @@ class MovingLeastSquares:
         if not touches_fixed_nodes and choices.dirichlet == "direct" and self.relative_radius > DIRECT_RADIUS:
             raise NotApplicable(
                 f"basis.relative_radius={self.relative_radius:g} with method.dirichlet=direct: mls does not "
-                "interpolate and nodes can be held directly up to sqrt(2) only; use method.dirichlet=multipliers or penalty"
+                "interpolate, so nodes can be held directly up to sqrt(2) only: use method.dirichlet=multipliers"
             )
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> CloudBasis:

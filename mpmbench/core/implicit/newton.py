@@ -129,6 +129,11 @@ class Equations:
         out[self.pattern.active] = change.reshape(-1, residual.shape[1])
         return out
 
+    def reference(self, du: np.ndarray, residual: np.ndarray) -> float:
+        """What residuals are compared with [N]: the external force, or the largest other one where there is none."""
+        external = float(np.linalg.norm(self.external))
+        return external or max(self.size(du, residual), float(np.linalg.norm(self.internal))) or 1.0
+
     def size(self, du: np.ndarray, residual: np.ndarray) -> float:
         """Norm of the residual without the reactions, and of the gaps times Young's modulus [N]."""
         norm = float(np.linalg.norm(residual[self.pattern.active][~self.fixed]))
@@ -150,50 +155,54 @@ def equilibrate(s: State, equations: Equations, du: np.ndarray) -> np.ndarray:
     """
     start, multiplier = du.copy(), equations.multiplier()
     spacing = float(np.median(s.particles.V0[s.particles.material])) ** (1.0 / s.particles.dimension)
+    norms: list[float] = []
     for attempt, limit in enumerate(STEP_LIMITS):
         du[:] = start
+        norms.clear()
         equations.start_again(multiplier)
         try:
-            residual, norms = newton(s, equations, du, limit * spacing)
+            residual = newton(s, equations, du, limit * spacing, norms)
         except NotConverged:
             if attempt == len(STEP_LIMITS) - 1:
                 equations.start_again(multiplier)
+                s.record("newton_residual", np.array(norms))
                 raise
         else:
-            s.record("newton_residual", norms)
+            s.record("newton_residual", np.array(norms))
             return residual
     raise AssertionError("the last attempt returns or raises")
 
 
-def newton(s: State, equations: Equations, du: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
-    """Newton's iteration with steps of at most `limit` [m]; returns the residual and the norms on the way.
+def newton(s: State, equations: Equations, du: np.ndarray, limit: float, norms: list[float]) -> np.ndarray:
+    """Newton's iteration with steps of at most `limit` [m]; returns the residual.
 
     A step that turns a particle inside out is halved; so is one that makes the residual grow, except the first: a
-    rotation makes membrane stress, which the second step removes.
+    rotation makes membrane stress, which the second step removes. Relative norms on the way are added to `norms`.
     """
     residual = equations.residual(du)
     if residual is None:
         raise NotConverged("the prescribed motion of this step turns a particle inside out")
-    norms = [equations.size(du, residual)]
-    reference = float(np.linalg.norm(equations.external)) or max(norms[0], float(np.linalg.norm(equations.internal)))
-    while norms[-1] > s.choices.residual_tolerance * reference:
+    reference = equations.reference(du, residual)
+    norms.append(equations.size(du, residual) / reference)
+    while norms[-1] > s.choices.residual_tolerance:
         if len(norms) > s.choices.max_iterations:
             raise NotConverged(
-                f"Newton's iteration: residual {norms[-1] / reference:.2e} of the external force after "
+                f"Newton's iteration: residual {norms[-1]:.2e} of the external force after "
                 f"{s.choices.max_iterations} iterations; {s.choices.residual_tolerance:.1e} is wanted"
             )
         change = equations.correction(du, residual)
         longest = float(np.abs(change).max())
         if longest > limit:
             change *= limit / longest
-        residual = search_line(equations, du, change, norms)
-        norms.append(equations.size(du, residual))
-    return residual, np.array(norms) / reference
+        grow = s.choices.line_search and len(norms) > 1
+        allowed = GROWTH * norms[-1] * reference if grow else np.inf
+        residual = search_line(equations, du, change, allowed)
+        norms.append(equations.size(du, residual) / reference)
+    return residual
 
 
-def search_line(equations: Equations, du: np.ndarray, change: np.ndarray, norms: list[float]) -> np.ndarray:
-    """Add as much of `change` to `du` as is safe; returns the residual there."""
-    allowed = np.inf if len(norms) == 1 or not equations.s.choices.line_search else GROWTH * norms[-1]
+def search_line(equations: Equations, du: np.ndarray, change: np.ndarray, allowed: float) -> np.ndarray:
+    """Add as much of `change` to `du` as leaves the residual within `allowed` [N]; returns the residual there."""
     fraction, best, best_size = 1.0, 0.0, np.inf
     start = du.copy()
     while True:

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 from mpmbench.core.algebra import determinant
 from mpmbench.core.compiled import implements, matrix
-from mpmbench.core.materials import cauchy_stress, energy_density
+from mpmbench.core.materials import cauchy_stress, energy_density, kirchhoff_stress
 from mpmbench.core.materials.isotropic import IsotropicElastic, Lame
 from mpmbench.core.registry import register
 
@@ -50,6 +50,33 @@ def _stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
             for k in range(dim):
                 total += P[i, k] * F[j, k]
             sigma[i, j] = total * inverse_J
+
+
+@implements(kirchhoff_stress, SmallStrainLaw)
+def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignore[no-untyped-def]
+    """``tau = P F^T``, which is not symmetric, and ``a_icjd = F_ck F_dn dP_ik/dF_jn`` with constant moduli of P."""
+    dim = len(axes)
+    trace = 0.0
+    for i in range(dim):
+        trace += F[i, i] - 1.0
+    for i in range(dim):
+        for c in range(dim):
+            total = 0.0
+            for k in range(dim):
+                P = law.shear * (F[i, k] + F[k, i])
+                if i == k:
+                    P += law.lame * trace - 2.0 * law.shear
+                total += P * F[c, k]
+            tau[i, c] = total
+    for i in range(dim):
+        for c in range(dim):
+            for j in range(dim):
+                for d in range(dim):
+                    value = law.lame * F[c, i] * F[d, j] + law.shear * F[c, j] * F[d, i]
+                    if i == j:
+                        for k in range(dim):
+                            value += law.shear * F[c, k] * F[d, k]
+                    moduli[i, c, j, d] = value
 
 
 @implements(energy_density, SmallStrainLaw)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from mpmbench.core.algebra import determinant
 from mpmbench.core.compiled import implements, matrix
-from mpmbench.core.materials import cauchy_stress, energy_density
+from mpmbench.core.materials import cauchy_stress, energy_density, kirchhoff_stress
 from mpmbench.core.materials.isotropic import IsotropicElastic, Lame
 from mpmbench.core.registry import register
 
@@ -50,6 +50,32 @@ def _stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
             for k in range(dim):
                 total += FS[i, k] * F[j, k]
             sigma[i, j] = total * inverse_J
+
+
+@implements(kirchhoff_stress, StVenantKirchhoffLaw)
+def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignore[no-untyped-def]
+    """``tau = lambda tr(E) b + mu (b b - b)`` and ``c_abcd = lambda b_ab b_cd + mu (b_ac b_bd + b_ad b_bc)``."""
+    dim = len(axes)
+    b = matrix(axes, axes)
+    trace = 0.0
+    for i in range(dim):
+        for j in range(dim):
+            b[i, j] = 0.0
+            for k in range(dim):
+                b[i, j] += F[i, k] * F[j, k]
+        trace += 0.5 * (b[i, i] - 1.0)
+    for i in range(dim):
+        for j in range(dim):
+            square = 0.0
+            for k in range(dim):
+                square += b[i, k] * b[k, j]
+            tau[i, j] = law.lame * trace * b[i, j] + law.shear * (square - b[i, j])
+    for i in range(dim):
+        for c in range(dim):
+            for j in range(dim):
+                for d in range(dim):
+                    value = law.lame * b[i, c] * b[j, d] + law.shear * (b[i, j] * b[c, d] + b[i, d] * b[c, j])
+                    moduli[i, c, j, d] = value + (tau[c, d] if i == j else 0.0)
 
 
 @implements(energy_density, StVenantKirchhoffLaw)
