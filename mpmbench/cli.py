@@ -19,6 +19,9 @@ VERBS = {
     "status": ("mpmbench.runs.status:main", "[RESULTS | KEY=VALUE]", "what is finished, stale, failed or missing"),
     "reproduce": ("mpmbench.runs.reproduce:main", "PAPER", "run what is missing of a paper, then write its report"),
     "report": ("mpmbench.runs.reporting:main", "RESULTS", "write the report of a folder of results"),
+    "compare": ("mpmbench.runs.compare:main", "A B", "what is better or worse in folder B than in A"),
+    "merge": ("mpmbench.runs.merge:main", "TARGET A B...", "results of several machines in one folder"),
+    "rerun": ("mpmbench.runs.rerun:main", "FILE.nc", "run again from a result file: is the same the result?"),
     "warmup": ("mpmbench.runs.warmup:main", "[KEY=VALUE...]", "compile the kernels that a sweep needs beforehand"),
 }
 

@@ -69,7 +69,9 @@ def of_sweep(arguments: list[str]) -> int:
     compose.plan_only(plans.append, flags, pairs)
     cells = [cell for plan in plans for cell in plan.cells()]
     for cell in cells:
-        print(f"{'does not apply' if cell.not_applicable else cell.state:<16}{cell.name:<46}{cell.not_applicable}")
+        changed = cell.state == "stale" and cell.earlier and changed_files(cell.earlier, cell.config)
+        remark = cell.not_applicable or (f"changed since: {', '.join(changed)}" if changed else "")
+        print(f"{'does not apply' if cell.not_applicable else cell.state:<16}{cell.name:<46}{remark}".rstrip())
     counts = Counter("not applicable" if cell.not_applicable else cell.state for cell in cells)
     found = [f"{counts[state]} {state}" for state in (*STATES, "not applicable") if counts[state]]
     print(f"{len(cells)} runs: {', '.join(found)}")

@@ -1,0 +1,116 @@
+"""The command ``rerun``: a run again from its result file alone, and whether the same comes out."""
+
+import json
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from mpmbench.runs import execute, isolation
+from mpmbench.runs.identity import code_digests
+from mpmbench.runs.provenance import machine
+from mpmbench.runs.result import read_attributes
+from mpmbench.runs.schema import GROUPS, BadInput, check_types, did_you_mean, options
+from mpmbench.runs.sweep import LASTING
+
+ROUNDING = 1e-9  # largest difference, relative to the largest value of a field, that counts as rounding
+CLOCKS = ("solver_time", "compile_time", "wall_time", "peak_memory")
+DERIVED = ("error_", "energy_drift", "momentum_drift")  # differences of what is compared anyway
+MACHINE = ("host", "cpu", "cpu_count", "operating_system")
+
+
+def main(arguments: list[str]) -> int:
+    """``rerun FILE.nc``; exit code 0 when the result is the same, be it within rounding, and 1 when it is not."""
+    if len(arguments) != 1:
+        raise BadInput("rerun: one result file is needed")
+    file = Path(arguments[0])
+    if not file.is_file():
+        raise BadInput(f"rerun {file}: there is no such file")
+    before = read_attributes(file)
+    if before is None:
+        raise BadInput(f"rerun {file}: not a readable result of mpmbench")
+    isolation.warm_up()
+    config = rebuild(file, before)
+    with tempfile.TemporaryDirectory(prefix="mpmbench-rerun-") as folder:
+        config |= {"output_dir": folder, "campaign": "rerun"}
+        execute.check([(config, "")])
+        record = execute.run(config)
+        after = read_attributes(Path(record.file))
+        if after is None:
+            raise BadInput(f"rerun {file}: {record.unwritten or 'no result was written'}", exit_code=1)
+        verdict, details = compare(file, Path(record.file), before, after)
+    print(f"{file.stem}: {verdict}")
+    for line in [*details, *what_changed(before, after, config)]:
+        print(f"  {line}")
+    return 0 if verdict in ("bitwise equal", "equal within rounding") else 1
+
+
+def rebuild(file: Path, attributes: dict[str, Any]) -> dict[str, Any]:
+    """The configuration that a file was made with.
+
+    Raises
+    ------
+    BadInput
+        When this version does not know one of its choices or keys.
+    """
+    config: dict[str, Any] = json.loads(attributes["config"])
+    for group in GROUPS:
+        name = config[group]["name"]
+        if name not in options(group):
+            hint = did_you_mean(name, options(group)) or "; if it is a plug-in, name its folder in MPMBENCH_PLUGINS"
+            raise BadInput(f"rerun {file}: there is no {group} {name} here{hint}")
+    config.setdefault("repeats", 1)
+    checked, reason = check_types(config)
+    if reason:
+        raise BadInput(f"rerun {file}: {reason}")
+    return checked
+
+
+def compare(file: Path, again: Path, before: dict[str, Any], after: dict[str, Any]) -> tuple[str, list[str]]:
+    """Verdict on two result files, and the variables that differ."""
+    if before["status"] != after["status"]:
+        return "different", [f"status: {before['status']} -> {after['status']} {after['reason']}".rstrip()]
+    if before["status"] not in LASTING:
+        return "different", [f"status: {before['status']} again, which leaves nothing to compare: {after['reason']}"]
+    old, new = xr.load_dataset(file, decode_cf=False), xr.load_dataset(again, decode_cf=False)
+    names = sorted({*map(str, old.variables), *map(str, new.variables)} - set(CLOCKS))
+    equal, large = True, []
+    for name in names:
+        if name not in old.variables or name not in new.variables:
+            large.append(f"{name}: only in the {'new' if name in new.variables else 'old'} result")
+            continue
+        a, b = old[name].values, new[name].values
+        if a.shape == b.shape and a.tobytes() == b.tobytes():
+            continue
+        equal = False
+        if not name.startswith(DERIVED):
+            difference = relative_difference(a, b)
+            if not difference <= ROUNDING:
+                large.append(f"{name}: differs by {difference:.2g} of its largest value")
+    verdict = "different" if large else "bitwise equal" if equal else "equal within rounding"
+    return verdict, large
+
+
+def relative_difference(a: np.ndarray, b: np.ndarray) -> float:
+    """Largest difference over the largest value; infinite when shapes or not-a-numbers do not agree."""
+    if a.shape != b.shape or not np.issubdtype(a.dtype, np.number) or not np.array_equal(np.isnan(a), np.isnan(b)):
+        return np.inf
+    if a.size == 0 or np.isnan(a).all():
+        return 0.0
+    difference, scale = float(np.nanmax(np.abs(a - b))), float(np.nanmax(np.abs(a)))
+    return difference / scale if scale > 0.0 else (np.inf if difference > 0.0 else 0.0)
+
+
+def what_changed(before: dict[str, Any], after: dict[str, Any], config: dict[str, Any]) -> list[str]:
+    """Code, versions, machine and threads that are not what they were."""
+    old, new = json.loads(before["code_files"]), code_digests(config)
+    files = sorted(name for name in {*old, *new} if old.get(name) != new.get(name))
+    lines = [f"code: {', '.join(files)}"] if files else []
+    versions = [key for key in before if key == "python" or (key.endswith("_version") and key != "schema_version")]
+    here = {**after, **machine(), "threads": config["threads"]}
+    for key in [*versions, *MACHINE, "threads"]:
+        if before.get(key) != here.get(key):
+            lines.append(f"{key.replace('_', ' ')}: {before.get(key)} -> {here.get(key)}")
+    return [f"changed: {line}" for line in lines] or ["code, versions, machine and threads are the same"]

@@ -1,0 +1,75 @@
+"""A run again from its file alone."""
+
+import json
+
+import netCDF4
+import numpy as np
+
+from mpmbench.runs.rerun import relative_difference
+
+
+def result_of(folder):
+    (file,) = folder.rglob("*.nc")
+    return file
+
+
+def test_a_run_again_is_bitwise_equal_and_leaves_nothing(command, folder):
+    command("resolution=8", "method=otm", "basis.d_max=2.5", "material.density=2", "end_time=2e-4")
+    file = result_of(folder)
+    moved = folder / "elsewhere.nc"
+    file.rename(moved)
+    outcome = command("rerun", "elsewhere.nc")
+    assert outcome.code == 0
+    assert outcome.out == "elsewhere: bitwise equal\n  code, versions, machine and threads are the same\n"
+    assert [path for path in folder.rglob("*") if path.is_file()] == [moved]
+
+
+def test_rounding_and_real_differences_are_told_apart(command, folder):
+    command("resolution=4")
+    file = result_of(folder)
+    with netCDF4.Dataset(file, "a") as dataset:
+        dataset["velocity"][...] *= 1.0 + 1e-13
+        dataset["error_velocity_rms"][...] *= 1.0 + 1e-8  # a difference of what hardly differs
+    outcome = command("rerun", str(file))
+    assert (outcome.code, "equal within rounding" in outcome.out) == (0, True)
+    with netCDF4.Dataset(file, "a") as dataset:
+        dataset["stress"][-1, 3] += 1e-6
+        dataset.host, dataset.numpy_version, dataset.threads = "another", "1.0", 7
+        code = json.loads(dataset.code_files)
+        code["core/transfer.py"] = "other"
+        dataset.code_files = json.dumps(code)
+    outcome = command("rerun", str(file))
+    assert outcome.code == 1
+    assert ": different" in outcome.out and "stress: differs by " in outcome.out
+    for line in ("changed: code: core/transfer.py", "changed: numpy version: 1.0 -> ", "changed: host: another -> ",
+                 "changed: threads: 7 -> 1"):  # fmt: skip
+        assert line in outcome.out
+
+
+def test_a_run_that_failed_fails_again_at_the_same_place(command, folder):
+    command("resolution=64", "time_step=0.02", "end_time=2")
+    outcome = command("rerun", str(result_of(folder)))
+    assert (outcome.code, "bitwise equal" in outcome.out) == (0, True)
+
+
+def test_an_unknown_plugin_and_files_that_are_no_results(command, folder, plugins, monkeypatch):
+    command("problem=failing_bar", "end_time=1e-4")
+    file = result_of(folder)
+    monkeypatch.delenv("MPMBENCH_PLUGINS")
+    outcome = command("rerun", str(file))
+    assert outcome.code == 2
+    assert (
+        "there is no problem failing_bar here; if it is a plug-in, name its folder in MPMBENCH_PLUGINS" in outcome.err
+    )
+    (folder / "broken.nc").write_bytes(file.read_bytes()[:3000])
+    assert "not a readable result" in command("rerun", "broken.nc").err
+    assert "no such file" in command("rerun", "nowhere.nc").err
+
+
+def test_relative_differences():
+    a = np.array([1.0, -4.0, np.nan])
+    assert relative_difference(a, a) == 0.0
+    assert relative_difference(a, a + np.array([0.5, 0.0, 0.0])) == 0.125
+    assert relative_difference(a, np.array([1.0, -4.0, 0.0])) == np.inf
+    assert relative_difference(a, a[:2]) == np.inf
+    assert relative_difference(np.zeros(3), np.zeros(3)) == 0.0
