@@ -14,6 +14,7 @@ from mpmbench.core import registry
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Box
 from mpmbench.core.methods import Choices
+from mpmbench.core.methods.explicit import update_particles
 from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.simulation import Body, build_state, simulate
 from mpmbench.core.state import Loads, State
@@ -221,3 +222,17 @@ def test_flip_weight_of_the_blend() -> None:
     assert replace(Choices(), transfer="blend", flip=0.95).flip_weight == 0.95
     assert replace(Choices(), transfer="pic").flip_weight == 0.0
     assert Choices().flip_weight == 1.0
+
+
+@DIMENSIONS
+def test_deformations_multiply_from_the_left(dim: int) -> None:
+    """Two linear velocity fields one after the other: ``F = (I + dt B)(I + dt A)``, which is not the other way round."""
+    rng = np.random.default_rng(dim)
+    state = body(Choices(), dim, np.zeros_like)
+    expected = np.eye(dim)
+    for gradient in rng.standard_normal((2, dim, dim)):
+        state.nodes.v[:] = state.basis.nodes @ gradient.T
+        update_particles(state, 0.1, strain=True)
+        expected = (np.eye(dim) + 0.1 * gradient) @ expected
+    assert np.allclose(state.particles.F, expected, atol=1e-12)
+    assert np.allclose(state.particles.V, state.particles.V0 * np.linalg.det(expected), rtol=1e-12)
