@@ -226,7 +226,7 @@ def test_flip_weight_of_the_blend() -> None:
 
 @DIMENSIONS
 def test_deformations_multiply_from_the_left(dim: int) -> None:
-    """Two linear velocity fields one after the other: ``F = (I + dt B)(I + dt A)``, which is not the other way round."""
+    """Two linear velocity fields one after the other: ``F = (I + dt B)(I + dt A)``, not the other way round."""
     rng = np.random.default_rng(dim)
     state = body(Choices(), dim, np.zeros_like)
     expected = np.eye(dim)
