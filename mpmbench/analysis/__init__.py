@@ -1,0 +1,1 @@
+"""Pure functions of results: norms and orders of convergence."""

@@ -1,4 +1,4 @@
-"""A material from outside: compressible neo-Hookean with ``W = lambda (J - 1)^2 / 2 + mu (tr b - dim - 2 ln J) / 2``."""
+"""A material from outside: neo-Hookean with ``W = lambda (J - 1)^2 / 2 + mu (tr b - dim - 2 ln J) / 2``."""
 
 from dataclasses import dataclass
 
