@@ -1,13 +1,13 @@
 """Max-ent functions with the gradient of Wobbes et al. 2020, Eqs. 84 and 86: as printed, and partly corrected."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from mpmbench.core.bases.entropy_basis import EntropyBasis
+from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.bases.maxent import MaxEnt
+from mpmbench.core.bases.search import nearest_distances
 from mpmbench.core.errors import require, require_option
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
@@ -34,20 +34,47 @@ class MaxEntPrinted(MaxEnt):
         require_option("gradient", self.gradient, GRADIENTS)
         require(self.prior == "cubic_spline", "prior", self.prior, "cubic_spline")
 
-    def build(self, geometry: Geometry, particles: int, moving: bool) -> EntropyBasis:
-        basis = super().build(geometry, particles, moving)
-        basis.__class__ = PrintedGradient  # the same functions, searched and solved in the same way
-        basis.gradient = self.gradient  # type: ignore[attr-defined]
-        return basis
+    def build(self, geometry: Geometry, particles: int, moving: bool) -> "PrintedGradient":
+        """The same functions, searched and solved in the same way, with other gradients."""
+        return PrintedGradient(super().build(geometry, particles, moving), self.gradient, self.d_max)
 
 
-class PrintedGradient(EntropyBasis):
-    """An `EntropyBasis` whose gradients are replaced after each evaluation."""
+class PrintedGradient:
+    """A max-ent basis whose gradients are replaced after each evaluation (fulfils `Basis`)."""
 
-    gradient: str
+    def __init__(self, exact: Basis, gradient: str, d_max: float) -> None:
+        self.exact, self.gradient, self.d_max = exact, gradient, d_max
 
-    def _fill(self, x: np.ndarray, stored: Stencils, *rest: Any) -> Stencils:
-        stored = super()._fill(x, stored, *rest)
+    @property
+    def nodes(self) -> np.ndarray:
+        """Positions of the nodes [m], shape (N, dim)."""
+        return self.exact.nodes
+
+    @property
+    def handle(self) -> Stencils:
+        """Stored functions of the particles."""
+        stored: Stencils = self.exact.handle
+        return stored
+
+    def evaluate(self, x: np.ndarray) -> Stencils:
+        """Values and gradients at any points."""
+        return self._replaced(x, self.exact.evaluate(x))
+
+    def locate(self, x: np.ndarray) -> None:
+        """Store the functions of the particles."""
+        self.exact.locate(x)
+        self._replaced(x, self.exact.handle)
+
+    def first_outside(self, x: np.ndarray) -> int:
+        """Number of the first point outside the hull of the nodes, -1 when all are inside."""
+        return self.exact.first_outside(x)
+
+    def move(self, displacement: np.ndarray) -> None:
+        """Move the nodes."""
+        self.exact.move(displacement)
+
+    def _replaced(self, x: np.ndarray, stored: Stencils) -> Stencils:
+        """Write the gradients of Eq. 84 into stored functions."""
         away, log_slope, phi = self._prior(x, stored)
         H = np.einsum("pi,pia,pib->pab", phi, away, away)  # Eq. 85
         A = np.einsum("pi,pia,pib->pab", phi, away, log_slope)  # Eq. 86, with x - x_i as printed
@@ -60,12 +87,12 @@ class PrintedGradient(EntropyBasis):
         return stored
 
     def _prior(self, x: np.ndarray, stored: Stencils) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """``x - x_i``, ``grad w_i / w_i`` of the cubic spline (Eq. 89), and phi_i; zero beyond a point's functions."""
+        """``x - x_i``, ``grad w_i / w_i`` of the cubic spline (Eq. 89) and phi_i; zero beyond a point's functions."""
         used = np.arange(stored.phi.shape[1]) < stored.size[:, None]
         nodes = np.where(used, stored.index, 0)
         away = x[:, None, :] - self.nodes[nodes]
         distance = np.linalg.norm(away, axis=2)
-        radius = np.sqrt(self.cloud.square)[nodes]
+        radius = self.d_max * nearest_distances(self.nodes)[nodes]  # Eq. 88
         r = distance / radius
         w = np.where(r <= 0.5, 2.0 / 3.0 - 4.0 * r**2 + 4.0 * r**3, 4.0 / 3.0 * (1.0 - r) ** 3)
         slope = np.where(r <= 0.5, -8.0 * r + 12.0 * r**2, -4.0 * (1.0 - r) ** 2)
