@@ -1,69 +1,15 @@
-"""Compiled helpers without reference counts, for loops in which counting would cost more than the arithmetic.
-
-numba counts references whenever an array is taken out of a tuple, by a call that is never inlined. A `lean` kernel
-leaves that out and therefore cannot allocate: its arrays come from outside, or from the stack.
-"""
+"""Vector exponentials for loops without reference counts; see `lean` in `mpmbench.core.compiled`."""
 
 import math
-from collections.abc import Callable
-from typing import Any
 
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic
-from numba.np.arrayobj import make_array, populate_array
+from numba.np.arrayobj import make_array
 
-from mpmbench.core.compiled import OPTIONS
+from mpmbench.core.compiled import generated, lean, matrix, vector
 
-generated: Any = intrinsic
-
-
-def lean(function: Callable[..., Any]) -> Any:
-    """Compile a function to machine code in float64, cached on disk, without reference counts."""
-    return njit(**(OPTIONS | {"_nrt": False}))(function)
-
-
-def _stack_array(context, builder, array, shape):  # type: ignore[no-untyped-def]
-    """Uninitialised float64 array on the stack."""
-    length = 1
-    for n in shape:
-        length *= n
-    data = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), length))
-    strides = [8 * shape[1], 8] if len(shape) == 2 else [8]
-    value = make_array(array)(context, builder)
-    populate_array(
-        value,
-        data=builder.bitcast(data, ir.DoubleType().as_pointer()),
-        shape=[context.get_constant(types.intp, n) for n in shape],
-        strides=[context.get_constant(types.intp, n) for n in strides],
-        itemsize=context.get_constant(types.intp, 8),
-        meminfo=None,
-    )
-    return value._getvalue()
-
-
-@generated
-def vector(typingctx, axes):  # type: ignore[no-untyped-def]
-    """Uninitialised float64 array as long as the tuple, on the stack."""
-    array = types.Array(types.float64, 1, "C")
-
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        return _stack_array(context, builder, array, [axes.count])
-
-    return array(axes), generate
-
-
-@generated
-def matrix(typingctx, rows, columns):  # type: ignore[no-untyped-def]
-    """Uninitialised float64 array of ``len(rows) x len(columns)``, on the stack."""
-    array = types.Array(types.float64, 2, "C")
-
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-        return _stack_array(context, builder, array, [rows.count, columns.count])
-
-    return array(rows, columns), generate
-
+__all__ = ["LANES", "exponentials", "exponentiate", "generated", "lean", "matrix", "vector"]
 
 LANES = 8  # exponentials computed at once
 
