@@ -119,8 +119,8 @@ class Choices:
         """What the method conserves without constraints and loads, if the material lets it; audits compare.
 
         Momentum always, by the partition of unity. Angular momentum exactly when the matrix that is solved is
-        that of ``sum_p m_p phi_i x_p = sum_j M_ij x_j``, which a lumped one is not. Energy is bounded unless a lumped projection filters the
-        velocity of the particles (PIC) in every step.
+        that of ``sum_p m_p phi_i x_p = sum_j M_ij x_j``, which a lumped one is not. Energy is bounded unless a lumped
+        projection filters the velocity of the particles (PIC) in every step.
         """
         kept = {"mass", "momentum"}
         if self.mass == "consistent":
