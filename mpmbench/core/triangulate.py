@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from scipy.spatial import Delaunay
+from scipy.spatial import ConvexHull, Delaunay
 
 from mpmbench.core.errors import BadSetting
 from mpmbench.core.geometry import Cloud
@@ -23,8 +23,23 @@ def barycentres(cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
     return cloud.nodes[cloud.simplices].mean(axis=1), volumes(cloud.nodes, cloud.simplices)
 
 
-def triangulation(nodes: np.ndarray, volume: float) -> np.ndarray:
-    """Delaunay simplices of nodes that fill a convex body of known volume [m^dim].
+def seed_triangles(nodes: np.ndarray, triangles: np.ndarray, points: int) -> tuple[np.ndarray, np.ndarray]:
+    """One or three Gauss points in each triangle: positions [m], shape (T points, 2), and volumes [m^2].
+
+    Raises
+    ------
+    BadSetting
+        For another number of points.
+    """
+    rules = {1: np.full((1, 3), 1.0 / 3.0), 3: np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3)}
+    if points not in rules:
+        raise BadSetting("particles_per_cell", points, "1 or 3 (points per triangle)")
+    X = np.einsum("gk,tkd->tgd", rules[points], nodes[triangles]).reshape(-1, 2)
+    return X, np.repeat(volumes(nodes, triangles) / points, points)
+
+
+def triangulation(nodes: np.ndarray, volume: float | None) -> np.ndarray:
+    """Delaunay simplices of nodes that fill a convex body of known volume [m^dim], or that of the nodes' hull (None).
 
     Nodes on a face of a regular set make slivers without volume: they are dropped, and the others must add up.
 
@@ -41,6 +56,8 @@ def triangulation(nodes: np.ndarray, volume: float) -> np.ndarray:
     size = volumes(nodes, simplices)
     simplices = simplices[size > 1e-9 * size.mean()]
     filled = volumes(nodes, simplices).sum()
+    if volume is None:
+        volume = float(ConvexHull(nodes).volume if nodes.shape[1] > 1 else np.ptp(nodes))
     if not abs(filled - volume) <= 1e-9 * volume:
         raise BadSetting("nodes", len(nodes), f"a set whose simplices fill {volume:.6g} m^{nodes.shape[1]}")
     return np.asarray(simplices, dtype=np.int64)

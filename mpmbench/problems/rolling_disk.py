@@ -19,12 +19,11 @@ from mpmbench.core.methods import Choices
 from mpmbench.core.registry import register
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import Loads, State
-from mpmbench.core.triangulate import volumes
+from mpmbench.core.triangulate import seed_triangles
 from mpmbench.problems import Problem
 
 GRID_GAP, CLOUD_GAP = 1.0, 1.5 * math.sqrt(2.0)  # cells between disk and plane: one, or the paper's largest radius
 BEHIND, ABOVE = 2, 6  # cells of grid behind and above the disk
-RULES = {1: ((1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0),), 3: tuple(np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3))}
 
 
 @register("problem", "rolling_disk")
@@ -86,7 +85,7 @@ class RollingDisk(Problem):
             raise NotApplicable("method.shape_functions=frozen never lets the disk meet the plane")
 
     def check_particles(self, particles_per_cell: int) -> None:
-        require(particles_per_cell in RULES, "particles_per_cell", particles_per_cell, "1 or 3 (points per triangle)")
+        require(particles_per_cell in (1, 3), "particles_per_cell", particles_per_cell, "1 or 3 (points per triangle)")
 
     # geometry
 
@@ -114,9 +113,7 @@ class RollingDisk(Problem):
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
         """Points of the triangles of a ring mesh about the origin; `place` moves them to where the disk starts."""
         nodes, triangles = ring_mesh(self.radius, resolution // 2)
-        rule = np.array(RULES[particles_per_cell])
-        X = np.einsum("gk,tkd->tgd", rule, nodes[triangles]).reshape(-1, 2)
-        return X, np.repeat(volumes(nodes, triangles) / len(rule), len(rule))
+        return seed_triangles(nodes, triangles, particles_per_cell)
 
     def place(self, X: np.ndarray, resolution: int, choices: Choices) -> np.ndarray:
         return X + self._centre(resolution, choices.moving)

@@ -249,16 +249,16 @@ def _add_history(out: xr.Dataset, solution: Solution, scalar: Callable[..., None
 
 def _add_records(out: xr.Dataset, solution: Solution) -> None:
     """What the time loop noted about each step; lists of different lengths are padded with nan."""
-    for name, dim, unit, text in (
-        ("newton_residual", "iteration", "1", "residual of Newton's iteration relative to the external force"),
-        ("reaction", "dim", "N", "sum of the forces that hold the constrained nodes"),
+    for name, row_dim, dim, unit, text in (
+        ("newton_residual", "tried", "iteration", "1", "residual of Newton's iteration relative to the external force"),
+        ("reaction", "solved", "dim", "N", "sum of the forces that hold the constrained nodes"),
     ):
         rows = solution.records.get(name)
         if rows:
             table = np.full((len(rows), max(len(row) for row in rows)), np.nan)
             for step, row in enumerate(rows):
                 table[step, : len(row)] = row
-            out[name] = (("solution", dim), table)
+            out[name] = ((row_dim, dim), table)
             out[name].attrs = {"units": unit, "long_name": text}
     if "newton_residual" in solution.records:
         text = "number of steps that did not converge and were done in two halves"

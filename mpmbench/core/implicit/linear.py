@@ -159,3 +159,18 @@ def product(start, column, blocks, lower, u):  # type: ignore[no-untyped-def]
                 if lower and c < r:
                     out[c, d] += blocks[s] * u[r, d]
     return out
+
+
+@kernel
+def block_product(start, column, blocks, lower, u):  # type: ignore[no-untyped-def]
+    """Matrix times nodal vectors: ``out_r = sum_c K_rc u_c``, shapes (blocks, dim, dim) and (A, dim)."""
+    out = np.zeros_like(u)
+    for r in range(start.shape[0] - 1):
+        for s in range(start[r], start[r + 1]):
+            c = column[s]
+            for a in range(u.shape[1]):
+                for b in range(u.shape[1]):
+                    out[r, a] += blocks[s, a, b] * u[c, b]
+                    if lower and c < r:
+                        out[c, b] += blocks[s, a, b] * u[r, a]
+    return out

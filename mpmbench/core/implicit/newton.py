@@ -8,7 +8,7 @@ from mpmbench.core.errors import NotConverged
 from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.constraints import add_penalty
 from mpmbench.core.implicit.ghost import add_ghost
-from mpmbench.core.implicit.linear import factorise, product
+from mpmbench.core.implicit.linear import block_product, factorise, product
 from mpmbench.core.implicit.workspace import Workspace
 from mpmbench.core.state import State
 
@@ -48,12 +48,25 @@ class Equations:
         self.internal = np.zeros_like(external)
         self.blocks = np.zeros((len(self.pattern.column), dim, dim))
         self.fixed = s.fixed[self.pattern.active] & (w.held is None)
+        self.prescribed = self._increments(dt)
         lame, shear = s.material.lame_parameters()
         self.young_modulus = shear * (3.0 * lame + 2.0 * shear) / (lame + shear)
         if w.held is not None:
             self.G = w.held.matrix(self.pattern, dim)
             self.wanted = self._prescribed(s.time + dt)
             self.penalty = self.young_modulus * (s.choices.penalty if s.choices.dirichlet == "penalty" else 1.0)
+
+    def _increments(self, dt: float) -> np.ndarray:
+        """Increments that the fixed components should make [m], shape (A, dim); zero elsewhere."""
+        motion = self.s.loads.prescribed_motion
+        if motion is None:
+            return np.zeros(self.fixed.shape)
+        X = self.s.initial_nodes[self.pattern.active]
+        return np.where(self.fixed, motion(X, self.s.time + dt) - motion(X, self.s.time), 0.0)
+
+    def left(self, du: np.ndarray) -> np.ndarray:
+        """Increments that the fixed components have yet to make [m], shape (A, dim)."""
+        return np.where(self.fixed, self.prescribed - du[self.pattern.active], 0.0)
 
     def multiplier(self) -> np.ndarray | None:
         """Forces at the held points, shape (C,)."""
@@ -115,7 +128,11 @@ class Equations:
     def correction(self, du: np.ndarray, residual: np.ndarray) -> np.ndarray:
         """``K^-1 r``, shape (N, dim); multipliers are brought up to date."""
         solve = factorise(self.pattern, self.blocks, self.fixed)
+        left = self.left(du)
         right = residual[self.pattern.active].ravel()
+        if left.any():
+            pattern = self.pattern
+            right = right - block_product(pattern.start, pattern.column, self.blocks, pattern.lower, left).ravel()
         if self.w.held is not None and self.s.choices.dirichlet == "multipliers":
             # the penalty G^T G in the matrix changes nothing on the constraint, and makes it definite
             right = right - self.penalty * (self.G.T @ self.gap(du))
@@ -126,7 +143,7 @@ class Equations:
         else:
             change = solve(right)
         out = np.zeros_like(residual)
-        out[self.pattern.active] = change.reshape(-1, residual.shape[1])
+        out[self.pattern.active] = change.reshape(-1, residual.shape[1]) + left
         return out
 
     def reference(self, du: np.ndarray, residual: np.ndarray) -> float:
@@ -135,15 +152,16 @@ class Equations:
         return external or max(self.size(du, residual), float(np.linalg.norm(self.internal))) or 1.0
 
     def size(self, du: np.ndarray, residual: np.ndarray) -> float:
-        """Norm of the residual without the reactions, and of the gaps times Young's modulus [N]."""
+        """Norm of the residual without the reactions, and of the gaps of constraints times Young's modulus [N]."""
         norm = float(np.linalg.norm(residual[self.pattern.active][~self.fixed]))
+        norm = float(np.hypot(norm, self.young_modulus * np.linalg.norm(self.left(du))))
         if self.w.held is not None and self.s.choices.dirichlet == "multipliers":
             norm = float(np.hypot(norm, self.young_modulus * np.linalg.norm(self.gap(du))))
         return norm
 
 
-def equilibrate(s: State, equations: Equations, du: np.ndarray) -> np.ndarray:
-    """Newton's iteration from the increment `du`, which holds the prescribed motion; returns the residual.
+def equilibrate(s: State, equations: Equations) -> tuple[np.ndarray, np.ndarray]:
+    """Newton's iteration from rest; returns the increment [m] and the residual [N], shapes (N, dim).
 
     Where it fails it starts again with shorter and shorter steps: from zero, the first step throws nodes that hardly
     any particle holds far away. Norms relative to the external force are recorded.
@@ -153,12 +171,12 @@ def equilibrate(s: State, equations: Equations, du: np.ndarray) -> np.ndarray:
     NotConverged
         When the residual does not reach the tolerance.
     """
-    start, multiplier = du.copy(), equations.multiplier()
+    multiplier = equations.multiplier()
     spacing = float(np.median(s.particles.V0[s.particles.material])) ** (1.0 / s.particles.dimension)
-    norms: list[float] = []
+    du = np.zeros_like(equations.external)
     for attempt, limit in enumerate(STEP_LIMITS):
-        du[:] = start
-        norms.clear()
+        du[:] = 0.0
+        norms: list[float] = []
         equations.start_again(multiplier)
         try:
             residual = newton(s, equations, du, limit * spacing, norms)
@@ -169,7 +187,7 @@ def equilibrate(s: State, equations: Equations, du: np.ndarray) -> np.ndarray:
                 raise
         else:
             s.record("newton_residual", np.array(norms))
-            return residual
+            return du, residual
     raise AssertionError("the last attempt returns or raises")
 
 
@@ -181,7 +199,7 @@ def newton(s: State, equations: Equations, du: np.ndarray, limit: float, norms: 
     """
     residual = equations.residual(du)
     if residual is None:
-        raise NotConverged("the prescribed motion of this step turns a particle inside out")
+        raise NotConverged("a particle is inside out before the first step of Newton's iteration")
     reference = equations.reference(du, residual)
     norms.append(equations.size(du, residual) / reference)
     while norms[-1] > s.choices.residual_tolerance:

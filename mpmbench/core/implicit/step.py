@@ -123,16 +123,6 @@ def carry_tracers(s: State, w: Workspace, moved: np.ndarray) -> None:
         moved[t] = moved[near] + (increment - np.eye(p.dimension)) @ (p.x[t] - p.x[near])
 
 
-def start_increment(s: State, dt: float) -> np.ndarray:
-    """Increment of displacement that Newton starts from [m], shape (N, dim): zero but for the prescribed motion."""
-    du = np.zeros_like(s.nodes.v)
-    motion = s.loads.prescribed_motion
-    if motion is not None and s.choices.dirichlet == "direct":
-        change = motion(s.initial_nodes, s.time + dt) - motion(s.initial_nodes, s.time)
-        du[s.fixed] = change[s.fixed]
-    return du
-
-
 def reaction(s: State, w: Workspace, residual: np.ndarray) -> np.ndarray:
     """Sum of the forces that hold nodes or points [N], shape (dim,)."""
     if w.held is None:

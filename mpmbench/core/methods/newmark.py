@@ -16,7 +16,6 @@ from mpmbench.core.implicit.step import (
     halve_when_needed,
     prepare,
     reaction,
-    start_increment,
     work_of_loads,
 )
 from mpmbench.core.implicit.workspace import Workspace
@@ -45,8 +44,7 @@ def one_step(s: State, dt: float) -> None:
     external_force(s, w, s.time)
     before = p.b.copy()
     equations = Equations(s, w, external_force(s, w, s.time + dt), dt, inertia)
-    du = start_increment(s, dt)
-    residual = equilibrate(s, equations, du)
+    du, residual = equilibrate(s, equations)
 
     n.a[:] = inertia.coefficient * du + start
     n.v[:] = n.v_old + dt * ((1.0 - velocity) * a_old + velocity * n.a)  # Eq. 43

@@ -12,7 +12,6 @@ from mpmbench.core.implicit.step import (
     halve_when_needed,
     prepare,
     reaction,
-    start_increment,
     work_of_loads,
 )
 from mpmbench.core.materials import kirchhoff_stress
@@ -26,8 +25,7 @@ def one_step(s: State, dt: float) -> None:
     external_force(s, w, s.time)
     before = s.particles.b.copy()
     equations = Equations(s, w, external_force(s, w, s.time + dt), dt, inertia=None)
-    du = start_increment(s, dt)
-    residual = equilibrate(s, equations, du)
+    du, residual = equilibrate(s, equations)
     moved = convect(s, w, du)
     s.record("reaction", reaction(s, w, residual))
     s.external_work += work_of_loads(s, before, moved, dt)
