@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mpmbench.analysis.convergence import INTERVAL_MEANING, OrderEstimate
-from mpmbench.report import figures, profiles, style, tables
+from mpmbench.report import atlas, figures, profiles, style, tables
 from mpmbench.report.records import Campaign, read_campaign
 from mpmbench.report.series import Study, further_studies, order_of, studies
 from mpmbench.report.tables import Table
@@ -169,12 +169,14 @@ def _section(study: Study, writer: Writer) -> Section:
             writer.picture(f"{study.problem}-work_precision", "Work and precision", caption, figure)
         )
     _add_fields(section, study, writer)
+    caption = "Every run by its status; a mark stands for a reason, and a place without colour for no run."
+    section.pictures.append(writer.picture(f"{study.problem}-atlas", "Failure atlas", caption, atlas.atlas(study)))
 
     found = [tables.orders(study, estimates), *(tables.errors(study, quantity) for quantity in ERRORS)]
     timing = tables.timings(study)
     if timing is None and (study.runs.status == "ok").any():
         section.notes.append("No timing table: no run had the machine to itself (timing=exclusive).")
-    found += [timing, tables.failures(study), tables.all_runs(study)]
+    found += [timing, atlas.reasons(study), tables.failures(study), tables.all_runs(study)]
     section.tables += [table for table in found if table is not None]
     return section
 
