@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 
 from mpmbench.core import threads
 from mpmbench.core.bases import Promises
+from mpmbench.core.bases.consistent import ConsistentGradients
 from mpmbench.core.bases.entropy_nodes import NodeCloud, make_work
 from mpmbench.core.bases.entropy_points import count_steps, evaluate_range, widest
 from mpmbench.core.bases.handle import Stencils
@@ -70,6 +71,7 @@ class EntropyBasis:
         max_iterations: int = 100,
         locality: str = "fixed",
         stretch_limit: float = np.inf,
+        consistent: ConsistentGradients | None = None,
     ) -> None:
         self.nodes = np.array(nodes, dtype=float)
         if len(self.nodes) < self.nodes.shape[1] + 1:
@@ -77,7 +79,7 @@ class EntropyBasis:
         self._supports = supports
         support = supports(self.nodes)
         dimension = self.nodes.shape[1]
-        self.locality, self.stretch_limit = locality, stretch_limit
+        self.locality, self.stretch_limit, self.consistent = locality, stretch_limit, consistent
         self.cloud = NodeCloud(
             axes=(0.0,) * dimension,
             nodes=self.nodes,
@@ -119,6 +121,8 @@ class EntropyBasis:
             for values in self.cloud.metric:
                 values[self._particles.material.stop :] = values[self._nearest]
         self.handle = self._fill(self.cloud, x, self.handle, self.iterations)
+        if self.consistent is not None and self._particles is not None:
+            self.consistent.correct(self.nodes, x, self._particles.V, self.handle)
         self.totals["points"] += len(x)
         self.totals["steps"] += int(self.iterations.sum())
         self.totals["most_steps"] = max(self.totals["most_steps"], int(self.iterations.max(initial=0)))

@@ -9,11 +9,13 @@ from scipy.spatial import ConvexHull, QhullError
 
 from mpmbench.core.bases import Promises
 from mpmbench.core.bases.cloud import CloudBasis
+from mpmbench.core.bases.consistent import ConsistentGradients
 from mpmbench.core.bases.entropy_basis import PROMISES, EntropyBasis
 from mpmbench.core.bases.entropy_nodes import GAUSSIAN
 from mpmbench.core.bases.truncated_entropy import truncated_basis
-from mpmbench.core.errors import BadSetting, require, require_option
+from mpmbench.core.errors import BadSetting, NotApplicable, require, require_option
 from mpmbench.core.geometry import Box, Geometry
+from mpmbench.core.methods import Choices
 from mpmbench.core.registry import register
 
 SMALLEST_RADIUS = 2.5  # in nodal spacings: fewer nodes may fail to surround a point
@@ -50,6 +52,9 @@ class LocalMaxEnt:
         compression), or before its whole deformation (`metric`). A point that nodes do not surround takes more.
     stretch_limit : float
         Principal stretches of the convected metric stay between 1/stretch_limit and stretch_limit.
+    gradient : {"exact", "consistent"}
+        The derivatives of the functions, or those corrected so that the particles integrate them exactly, which passes
+        the patch test on irregular clouds (`consistent`).
     """
 
     gamma: float = 1.8
@@ -63,6 +68,7 @@ class LocalMaxEnt:
     line_search: bool = True
     locality: str = "fixed"
     stretch_limit: float = 20.0
+    gradient: str = "exact"
     promises: ClassVar[Promises] = PROMISES
 
     def __post_init__(self) -> None:
@@ -79,8 +85,17 @@ class LocalMaxEnt:
         require(isinstance(self.line_search, bool), "line_search", self.line_search, "true or false")
         require_option("locality", self.locality, ("fixed", "volume", "convected"))
         require(self.stretch_limit >= 1.0, "stretch_limit", self.stretch_limit, "a number of at least 1")
-        if self.rim == "cut" and self.locality != "fixed":
-            raise BadSetting("locality", self.locality, "fixed, as rim is cut,")
+        require_option("gradient", self.gradient, ("exact", "consistent"))
+        if self.rim == "cut":
+            require(self.locality == "fixed", "locality", self.locality, "fixed, as rim is cut,")
+            require(self.gradient == "exact", "gradient", self.gradient, "exact, as rim is cut,")
+
+    def check(self, choices: Choices, touches_fixed_nodes: bool) -> None:
+        """Refuse corrected gradients where the particles do not fill the space between the nodes."""
+        if self.gradient == "consistent" and not (choices.moving and not choices.frozen):
+            raise NotApplicable(
+                "basis.gradient=consistent needs nodes that move with the material and updated shape functions"
+            )
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> EntropyBasis | CloudBasis:
         """The basis on the nodes of `geometry`, with room for `particles` particles."""
@@ -104,6 +119,7 @@ class LocalMaxEnt:
             line_search=self.line_search,
             locality=self.locality,
             stretch_limit=self.stretch_limit,
+            consistent=ConsistentGradients(geometry) if self.gradient == "consistent" else None,
         )
 
 
