@@ -22,7 +22,7 @@ from mpmbench.core.state import Loads, State
 from mpmbench.problems import Problem
 
 CONVERGED_DEFLECTION = -0.67436  # [m]
-ROOM = 1.5  # [m] of grid below and above the beam, for methods whose nodes stay
+ROOM_BELOW, ROOM_BEYOND = 1.5, 0.5  # [m] of grid below the beam and beyond its end, for methods whose nodes stay
 
 
 @register("problem", "cantilever_self_weight")
@@ -63,12 +63,12 @@ class CantileverSelfWeight(Problem):
         across = resolution // 8
         if choices.moving or choices.frozen:
             return Box((0.0, 0.0), (self.reference_length, self.height), (resolution, across))
-        room = int(np.ceil(ROOM * across))
+        room, beyond = int(np.ceil(ROOM_BELOW * across)), int(np.ceil(ROOM_BEYOND * across))
         h = self.reference_length / resolution
         return Box(
             (0.0, -room * h),
-            (self.reference_length + 2 * h, self.height + h),
-            (resolution + 2, across + room + 1),
+            (self.reference_length + beyond * h, self.height + h),
+            (resolution + beyond, across + room + 1),
         )
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
