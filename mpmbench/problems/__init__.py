@@ -105,8 +105,8 @@ class Problem:
         """Time series of the problem's own, by name: numbers or arrays that join the history when it is sampled."""
         return {}
 
-    def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
-        """Quantities of interest: name -> (value or time series, unit, long name)."""
+    def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, ...]]:
+        """Quantities of interest: name -> (value or time series, unit, long name), and dimensions of other arrays."""
         return {}
 
     def temporal_floor(self, dt: float, t: float, X: np.ndarray, material: Material) -> float | None:

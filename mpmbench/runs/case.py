@@ -209,6 +209,8 @@ def dataset(config: Config, case: Case, state: State | None, solution: Solution,
     particles, X = state.particles, state.particles.X[state.particles.material]
     scalar("n_particles", len(X), "1", "number of particles with mass")
     scalar("n_nodes", len(state.basis.nodes), "1", "number of nodes (degrees of freedom per component)")
+    for name, (value, unit, text) in getattr(state.basis, "statistics", dict)().items():
+        scalar(name, value, unit, text)
     scalar("n_cell_crossings", solution.cell_crossings, "1", "number of times a particle has changed its grid cell")
     _add_history(out, solution, scalar)
     _add_records(out, solution)
@@ -217,9 +219,9 @@ def dataset(config: Config, case: Case, state: State | None, solution: Solution,
         _add_errors(case, X, solution, scalar)
         floor = case.problem.temporal_floor(solution.time_step, solution.time_reached, X, case.material)
         scalar("predicted_temporal_floor", floor, "m", "displacement error of the time integration alone, predicted")
-    for name, (value, unit, text) in case.problem.quantities(solution, case.material).items():
-        dims = ("time",) if np.ndim(value) else ()
-        out[name] = (dims, value, {"units": unit, "long_name": text})
+    for name, (value, unit, text, *dims) in case.problem.quantities(solution, case.material).items():
+        default = ("time",) if np.ndim(value) else ()
+        out[name] = (dims[0] if dims else default, value, {"units": unit, "long_name": text})
     return out
 
 

@@ -137,7 +137,9 @@ class EntropyBasis:
 
     def statistics(self) -> dict[str, tuple[float, str, str]]:
         """What the search and the iteration did in a run: name -> (value, unit, long name)."""
-        points = max(self.totals["points"], 1)
+        points = self.totals["points"]
+        if points == 0:
+            return {}
         return {
             "newton_steps_mean": (
                 self.totals["steps"] / points,
