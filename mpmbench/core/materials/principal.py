@@ -103,7 +103,11 @@ def spatial_moduli(axes, strain, tau, D, vectors, moduli):  # type: ignore[no-un
                 for j in range(dim):
                     moduli[i, c, j, d] = total if i == j else 0.0
     for a in range(3):
+        if dim < 3 and abs(vectors[2, a]) > 0.5:  # the axis out of the plane: nothing of it is left in the plane
+            continue
         for b in range(3):
+            if dim < 3 and abs(vectors[2, b]) > 0.5:
+                continue
             normal = D[a, b] - (2.0 * tau[a] if a == b else 0.0)
             shear = 0.0
             if a != b:
