@@ -1,7 +1,5 @@
 """What the chapters and claims on Wobbes et al. 2020 share: the paper's methods by name, and a few short cuts."""
 
-import json
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -11,7 +9,6 @@ from matplotlib.figure import Figure
 from mpmbench.report import style
 from mpmbench.report.claims import Runs
 from mpmbench.report.papers.parts import Campaigns
-from mpmbench.report.records import Campaign, open_result
 from mpmbench.report.tables import Cell
 
 ERROR, STRESS, TIME = "error_displacement_rms", "error_stress_rms", "solver_time"
@@ -49,15 +46,6 @@ def fields(campaigns: Campaigns, campaign: str, *wanted: str, **match: Any) -> t
     file = runs.evidence[-1].files[0]
     found = campaigns[campaign].variables(file, wanted)
     return file, {name: value if name == "position_initial" else value[-1] for name, value in found.items()}
-
-
-def repeats(campaign: Campaign, files: Iterable[str]) -> list[int]:
-    """Number of the repeat that each file holds: its seed, which has no other meaning here."""
-    numbers = []
-    for file in files:
-        with open_result(campaign.folder / file) as dataset:
-            numbers.append(int(json.loads(dataset.attrs["config"])["seed"]))
-    return numbers
 
 
 def derived(value: float | str, *files: str) -> Cell:

@@ -3,12 +3,11 @@
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from mpmbench.report import style
-from mpmbench.report.papers.parts import Campaigns, Chapter, MissingRuns, subset
-from mpmbench.report.papers.wobbes2020.support import METHODS, TIME, method, repeats, single
-from mpmbench.report.records import Campaign
+from mpmbench.report.papers.parts import Campaigns, Chapter, subset
+from mpmbench.report.papers.wobbes2020.support import METHODS, TIME, method, single
+from mpmbench.report.records import Campaign, open_result
 from mpmbench.report.tables import Cell, Table
 
 CELLS = {31: "32 nodes", 511: "512 nodes"}
@@ -21,19 +20,28 @@ PAPER = {
 def ratios(campaign: Campaign, name: str, cells: int, search: str = "local") -> tuple[np.ndarray, tuple[str, ...]]:
     """Solver time of a method over that of linear MPM, one value for each repeat, and the files.
 
-    The repeats take turns, so the two times of a quotient were measured within the same seconds.
+    The methods take turns with their repeats, so the two times of a quotient were measured soon after each other.
     """
     more = {"basis__search": search} if METHODS[name]["basis"] == "maxent" else {}
-    runs = subset(campaign, **method(name), resolution=cells, status="ok", timing_context="exclusive", **more).runs
-    base = subset(campaign, **method("MPM-P1"), resolution=cells, status="ok", timing_context="exclusive").runs
-    pairs = pd.merge(_by_repeat(campaign, runs), _by_repeat(campaign, base), on="seed", suffixes=("", "_base"))
-    if pairs.empty:
-        raise MissingRuns(f"table1: no repeat has both {name} and linear MPM with exclusive timing")
-    return (pairs[TIME] / pairs[f"{TIME}_base"]).to_numpy(), (*pairs.file, *pairs.file_base)
+    file, times = _times(campaign, method(name), cells, more)
+    base, base_times = _times(campaign, method("MPM-P1"), cells, {})
+    repeats = min(len(times), len(base_times))
+    return np.array(times[:repeats]) / np.array(base_times[:repeats]), (file, base)
 
 
-def _by_repeat(campaign: Campaign, runs: pd.DataFrame) -> pd.DataFrame:
-    return pd.DataFrame({"seed": repeats(campaign, runs.index), TIME: runs[TIME], "file": runs.index})
+def _times(campaign: Campaign, match: dict[str, Any], cells: int, more: dict[str, str]) -> tuple[str, list[float]]:
+    """File and solver times of all repeats of one run [s].
+
+    Raises
+    ------
+    MissingRuns
+        When there is no such run, or it shared the machine with others.
+    """
+    found = subset(campaign, **match, resolution=cells, status="ok", timing_context="exclusive", **more).runs
+    file = str(found.index[0])
+    with open_result(campaign.folder / file) as dataset:
+        times = np.atleast_1d(dataset.attrs.get("solver_times", found[TIME].to_numpy()[:1]))
+    return file, [float(time) for time in times]
 
 
 def table1_chapter(campaigns: Campaigns) -> Chapter:
