@@ -263,6 +263,7 @@ def test_bisection_halves_the_interval_of_each_case_and_stops(tmp_path, write_ru
     write("mpm", 2.0, "diverged")
     assert bisect.next_round(wanted, tmp_path / "runs", files(tmp_path)) == ["method=mpm cfl=1.25"]
     write("mpm", 1.25, "broke_down")
+    write("mpm", 1.6, "ok")  # beyond the first failure: no end of the interval
     assert bisect.next_round(wanted, tmp_path / "runs", files(tmp_path)) == ["method=mpm cfl=0.875"]
     write("mpm", 1.2, "ok")
     assert bisect.next_round(wanted, tmp_path / "runs", files(tmp_path)) == []
