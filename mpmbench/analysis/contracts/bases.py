@@ -1,0 +1,209 @@
+"""The contract of a basis: its promises, and what the solver relies on, in every dimension that it claims."""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from mpmbench.analysis.contracts import Check, Finding
+from mpmbench.core import registry
+from mpmbench.core.bases import Basis, BasisSettings, Promises
+from mpmbench.core.errors import SolverFailure
+from mpmbench.core.geometry import Box
+from mpmbench.core.transfer import p2g_mass
+
+UPPER, CELLS = (1.2, 1.0, 0.8), (6, 5, 4)
+
+
+@dataclass(frozen=True)
+class BasisCase:
+    """A basis on a box, its nodes displaced or not.
+
+    Attributes
+    ----------
+    name : str
+        Registered name.
+    dimension : int
+    moved : bool
+        Nodes have been displaced inside the box by up to a twentieth of a cell and more.
+    settings : dict
+        Those that differ from the defaults.
+    promised : dict
+        Promises that these settings change.
+    """
+
+    name: str
+    dimension: int
+    moved: bool = False
+    settings: dict[str, Any] = field(default_factory=dict)
+    promised: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def plugin(self) -> BasisSettings:
+        plugin: BasisSettings = registry.get("basis", self.name)(**self.settings)
+        return plugin
+
+    @property
+    def promises(self) -> Promises:
+        return replace(registry.get("basis", self.name).promises, **self.promised)
+
+    @property
+    def upper(self) -> np.ndarray:
+        """The far corner of the box [m]; the other one is the origin."""
+        return np.array(UPPER[: self.dimension])
+
+    @property
+    def box(self) -> Box:
+        return Box((0.0,) * self.dimension, UPPER[: self.dimension], CELLS[: self.dimension])
+
+    def build(self, particles: int = 1) -> Basis:
+        """The basis with room for that many particles."""
+        basis = self.plugin.build(self.box, particles, self.moved)
+        if self.moved:
+            # zero on the faces, different along each axis, and (for knots that are lines) a function of its own axis
+            wave = np.sin(2.0 * np.pi * basis.nodes / self.upper)
+            basis.move(0.012 * wave * np.arange(1, self.dimension + 1))
+        return basis
+
+    def points(self, margin: float = 0.0, n: int = 150) -> np.ndarray:
+        """Points in the box, some of them close to its faces [m], shape (n, dim)."""
+        rng = np.random.default_rng(3)
+        points = rng.random((n, self.dimension))
+        close = rng.random((n // 3, self.dimension)) < 0.5
+        points[: n // 3] = np.where(close, 0.02 * points[: n // 3], points[: n // 3])
+        return (margin + (1.0 - 2.0 * margin) * points) * self.upper
+
+
+def cases(name: str, settings: dict[str, Any] | None = None, **promised: Any) -> list[BasisCase]:
+    """All cases of a basis: its dimensions, with nodes at rest and moved."""
+    dimensions = registry.get("basis", name).promises.dimensions
+    return [BasisCase(name, d, moved, settings or {}, promised) for d in dimensions for moved in (False, True)]
+
+
+def partition_of_unity(case: BasisCase) -> Finding:
+    """``sum_i phi_i(x) = 1``, and the gradients add up to zero."""
+    basis = case.build()
+    stored, n = basis.evaluate(case.points()), len(basis.nodes)
+    error = float(np.abs(stored.matrix(n).sum(axis=1) - 1.0).max())
+    gradient = float(np.abs(stored.gradient_matrix(n).sum(axis=1)).max())
+    claim, measured = case.promises.partition_of_unity, f"errors {error:.2g} and {gradient:.2g} 1/m"
+    return Finding.all(
+        [
+            Finding.as_declared(error < 1e-12, claim, "the sum of the functions is 1", measured),
+            Finding.as_declared(gradient < 1e-8, claim, "the sum of the gradients is 0", measured),
+        ]
+    )
+
+
+def linear_completeness(case: BasisCase) -> Finding:
+    """``sum_i x_i phi_i(x) = x``, and its gradient is the identity."""
+    basis, x = case.build(), case.points()
+    stored, n = basis.evaluate(x), len(basis.nodes)
+    error = float(np.abs(stored.matrix(n) @ basis.nodes - x).max())
+    identity = np.einsum("pia,ib->pab", stored.gradient_matrix(n), basis.nodes)
+    gradient = float(np.abs(identity - np.eye(case.dimension)).max())
+    claim, measured = case.promises.linear_completeness, f"errors {error:.2g} m and {gradient:.2g}"
+    return Finding.all(
+        [
+            Finding.as_declared(error < 1e-11, claim, "linear completeness", measured),
+            Finding.as_declared(gradient < 1e-7, claim, "linear completeness of the gradients", measured),
+        ]
+    )
+
+
+def sign(case: BasisCase) -> Finding:
+    """No function is negative."""
+    basis = case.build()
+    lowest = float(basis.evaluate(case.points(n=400)).matrix(len(basis.nodes)).min())
+    return Finding.as_declared(lowest >= -1e-14, case.promises.non_negative, "non-negativity", f"lowest {lowest:.2g}")
+
+
+def gradient_is_the_derivative(case: BasisCase) -> Finding:
+    """Gradients against central differences of the values."""
+    basis, x, step = case.build(), case.points(margin=1e-3, n=60), 1e-6
+    n = len(basis.nodes)
+    gradient = basis.evaluate(x).gradient_matrix(n)
+    errors = []
+    for d in range(case.dimension):
+        shift = step * np.eye(case.dimension)[d]
+        ahead, behind = basis.evaluate(x + shift).matrix(n), basis.evaluate(x - shift).matrix(n)
+        difference = (ahead - behind) / (2.0 * step)
+        errors.append(np.abs(gradient[:, :, d] - difference).max() / max(1.0, np.abs(difference).max()))
+    return Finding.below(float(np.max(errors)), 2e-5, "relative error of the gradient")
+
+
+def kernels_see_the_same_functions(case: BasisCase) -> Finding:
+    """What transfers read through the handle is what `evaluate` returns, for any number of particles."""
+    x, m = case.points(n=40), np.arange(1.0, 41.0)
+    basis = case.plugin.build(case.box, len(x), case.moved)
+    errors = []
+    for _ in range(2):  # the second time stored functions are refreshed, not found anew
+        basis.locate(x)
+        m_i = np.zeros(len(basis.nodes))
+        p2g_mass(basis.handle, x, m, m_i)
+        errors.append(np.abs(m_i - m @ basis.evaluate(x).matrix(len(basis.nodes))).max())
+    return Finding.below(float(np.max(errors)), 1e-8, "difference between handle and evaluate")
+
+
+def kronecker(case: BasisCase) -> Finding:
+    """``phi_i(x_j) = delta_ij`` everywhere, or only that interior functions vanish on the hull, or neither."""
+    basis, upper = case.build(), case.upper
+    n = len(basis.nodes)
+    inside = np.all((basis.nodes > 1e-9) & (basis.nodes < upper - 1e-9), axis=1)
+    values = basis.evaluate(basis.nodes[inside]).matrix(n)[:, inside]
+    error = float(np.abs(values - np.eye(len(values))).max())
+    x = case.points(n=20)
+    x[:, 0] = 0.0
+    off_face = basis.nodes[:, 0] > 1e-9
+    seen = float(np.abs(basis.evaluate(x).matrix(n)[:, off_face]).max())
+    promise = case.promises.kronecker
+    return Finding.all(
+        [
+            Finding.as_declared(error < 1e-9, promise == "everywhere", "interpolation at the nodes", f"{error:.2g}"),
+            Finding.as_declared(
+                seen < 1e-6, promise != "none", "that interior functions vanish on faces", f"{seen:.2g}"
+            ),
+        ]
+    )
+
+
+def gradient_jumps(case: BasisCase) -> Finding:
+    """Across all cell faces met on a line through the box, the gradient jumps or does not."""
+    basis, upper = case.build(), case.upper
+    line = np.tile(0.37 * upper, (4001, 1))
+    line[:, 0] = np.linspace(0.02, 0.98, 4001) * upper[0]
+    gradient = basis.evaluate(line).gradient_matrix(len(basis.nodes))
+    jump = float(np.abs(np.diff(gradient, axis=0)).max() / np.abs(gradient).max())
+    promise = case.promises.continuous_gradient
+    return Finding.as_declared(jump < 0.05, promise, "continuity of the gradient", f"relative jump {jump:.2g}")
+
+
+def outside_is_noticed(case: BasisCase) -> Finding:
+    """A point outside the nodes, or nowhere, is reported, unless functions exist there too."""
+    basis, upper = case.build(), case.upper
+    beyond = np.vstack([0.5 * upper, 1.5 * upper])
+    try:
+        basis.evaluate(beyond)
+        noticed = basis.first_outside(beyond) == 1  # bases that extrapolate leave it to the guard
+    except SolverFailure:
+        noticed = True
+    lost = np.vstack([0.5 * upper, np.full(case.dimension, np.nan)])
+    found = basis.first_outside(lost)
+    return Finding.all(
+        [
+            Finding.as_declared(not noticed, case.promises.extrapolates, "evaluation outside the nodes", "at 1.5 x"),
+            Finding(found == 1, f"first_outside says {found} where particle 1 is not a number"),
+        ]
+    )
+
+
+CHECKS: dict[str, Check] = {
+    "partition of unity": partition_of_unity,
+    "linear completeness": linear_completeness,
+    "sign": sign,
+    "gradient is the derivative": gradient_is_the_derivative,
+    "kernels see the same functions": kernels_see_the_same_functions,
+    "kronecker": kronecker,
+    "gradient jumps": gradient_jumps,
+    "outside is noticed": outside_is_noticed,
+}

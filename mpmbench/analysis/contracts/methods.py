@@ -1,0 +1,240 @@
+"""The contract of a time loop: what is exact for every choice of parts, and what is conserved as declared."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mpmbench.analysis.contracts import Check, Finding
+from mpmbench.core import registry
+from mpmbench.core.geometry import Box
+from mpmbench.core.methods import Choices
+from mpmbench.core.particles import Particles, seed_cells
+from mpmbench.core.simulation import Body, Solution, build_state, simulate
+from mpmbench.core.state import Loads, State
+
+SPACING = 0.25  # cell size [m]
+TIME_STEP = 5e-4  # [s]
+Velocity = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class MethodCase:
+    """A method in one to three dimensions, on a block of cells.
+
+    Attributes
+    ----------
+    choices : Choices
+    dimension : int
+    basis, material : str
+        Registered names.
+    """
+
+    choices: Choices
+    dimension: int
+    basis: str = "linear"
+    material: str = "neo_hookean"
+
+    def block(
+        self, velocity: Velocity, loads: Loads | None = None, fixed: Any = None, cells: int = 3, tracers: Any = None
+    ) -> State:
+        """A block of `cells` a side, 3 particles per axis and cell, with two empty cells around it on a fixed grid."""
+        dim, h, on_body = self.dimension, SPACING, self.choices.moving or self.choices.frozen
+        block = Box((2 * h,) * dim, ((2 + cells) * h,) * dim, (cells,) * dim)
+        domain = Box((0.0,) * dim, ((4 + cells) * h,) * dim, (4 + cells,) * dim)
+        constants = {"young_modulus": 1e4, "poisson_ratio": 0.3 if dim > 1 else 0.0, "density": 10.0}
+        law = registry.get("material", self.material)(**constants)
+        X, V0 = seed_cells(block, 3**dim)
+        p = Particles.at_rest(X, V0, law.density, tracers=tracers)
+        p.v[:] = velocity(p.X)
+        free = fixed or (lambda x: np.zeros(x.shape, dtype=bool))
+        body = Body(block if on_body else domain, p, free, velocity, loads or Loads())
+        return build_state(body, registry.get("basis", self.basis)(), law, self.choices)
+
+
+def cases(choices: Choices) -> list[MethodCase]:
+    """All cases of a method."""
+    return [MethodCase(choices, dimension) for dimension in (1, 2, 3)]
+
+
+def steps(state: State, n: int = 20, dt: float = TIME_STEP) -> Finding:
+    """Run `n` steps; the finding is whether they ended well."""
+    return ended_well(simulate(state, dt, n * dt))
+
+
+def ended_well(solution: Solution) -> Finding:
+    """Whether a run has come to its end."""
+    return Finding(solution.status == "ok", f"the run ended with {solution.status}: {solution.reason}")
+
+
+def rigid_translation(case: MethodCase) -> Finding:
+    """A block with the same velocity everywhere moves and does nothing else."""
+    v = np.arange(1.0, case.dimension + 1.0)
+    state = case.block(lambda x: np.tile(v, (len(x), 1)))
+    ended = steps(state)
+    p = state.particles
+    return Finding.all(
+        [
+            ended,
+            Finding.below(largest(p.x - p.X - state.time * v), 1e-11, "error of the positions [m]"),
+            Finding.below(largest(p.v - v), 1e-10, "error of the velocities [m/s]"),
+            Finding.below(largest(p.F - np.eye(case.dimension)), 1e-12, "deformation"),
+            Finding.below(largest(p.sigma), 1e-6, "stress [Pa]"),
+        ]
+    )
+
+
+def free_fall(case: MethodCase) -> Finding:
+    """Constant body force: v after n steps is n dt g and x is X + n (n + 1)/2 dt^2 g, exactly (leapfrog)."""
+    g, n, dt = -np.arange(1.0, case.dimension + 1.0), 20, TIME_STEP
+
+    def gravity(X: np.ndarray, t: float, b: np.ndarray) -> None:
+        b[:] = g
+
+    state = case.block(np.zeros_like, loads=Loads(body_force=gravity))
+    ended = steps(state, n, dt)
+    p = state.particles
+    momentum = (p.m @ p.v) / (p.m.sum() * state.time * g) - 1.0
+    work = state.external_work / (0.5 * p.m.sum() * (g @ g) * state.time * (state.time + dt)) - 1.0
+    return Finding.all(
+        [
+            ended,
+            Finding.below(largest(p.v - n * dt * g), 1e-10, "error of the velocities [m/s]"),
+            Finding.below(largest(p.x - p.X - 0.5 * n * (n + 1) * dt**2 * g), 1e-12, "error of the positions [m]"),
+            Finding.below(largest(momentum), 1e-10, "relative error of the momentum"),
+            Finding.below(abs(work), 1e-9, "relative error of the external work"),
+        ]
+    )
+
+
+def mass_and_momentum(case: MethodCase) -> Finding:
+    """A block that vibrates freely: stress waves change shape, not momentum; volumes follow the deformation."""
+    state = case.block(lambda x: 0.5 * np.sin(3.0 * x[:, ::-1] + 1.0) + 0.2)
+    p = state.particles
+    before, mass = p.m @ p.v, p.m.sum()
+    ended = steps(state)
+    volume = p.V / (p.V0 * np.linalg.det(p.F)) - 1.0
+    return Finding.all(
+        [
+            ended,
+            Finding.below(largest(p.m @ p.v - before) / mass, 1e-11, "change of momentum over mass [m/s]"),
+            Finding.below(abs(p.m.sum() - mass), 1e-300, "change of mass [kg]"),
+            Finding(bool(np.abs(p.sigma).max() > 1.0), "the block does not deform"),
+            Finding.below(largest(volume), 1e-12, "relative difference of the volume from det(F) V0"),
+        ]
+    )
+
+
+def angular_momentum(case: MethodCase) -> Finding:
+    """A spinning block that is also sheared keeps its angular momentum exactly when method and material declare it."""
+
+    def velocity(x: np.ndarray) -> np.ndarray:
+        v = np.zeros_like(x)
+        v[:, 0], v[:, 1] = -(x[:, 1] - 0.8) + x[:, 0] ** 2, 2.0 * (x[:, 0] - 0.9) * x[:, 1]
+        return v
+
+    state = case.block(velocity)
+    solution = simulate(state, TIME_STEP, 0.01)  # short: nothing enters an empty cell
+    spin = np.array(solution.history["angular_momentum"])[:, 2]
+    drift = float(np.abs(spin - spin[0]).max() / np.abs(spin[0]))
+    declared = "angular_momentum" in case.choices.conserves and state.material.symmetric
+    claim = "conservation of angular momentum"
+    return Finding.all(
+        [ended_well(solution), Finding.as_declared(drift < 1e-11, declared, claim, f"drift {drift:.2g}")]
+    )
+
+
+def uniform_stretch(case: MethodCase) -> Finding:
+    """A linear velocity field deforms every particle alike in one step: F = I + dt grad v, x follows the same map."""
+    dim, dt, choices = case.dimension, 1e-3, case.choices
+    gradient = 0.3 * np.arange(1.0, dim * dim + 1.0).reshape(dim, dim) / dim**2
+    state = case.block(lambda x: x @ gradient.T, cells=5)
+    ended = steps(state, n=1, dt=dt)
+    p, expected = state.particles, np.eye(dim) + dt * gradient
+    if choices.mass == "consistent" or choices.transfer == "nodal":
+        findings = [ended, Finding.below(largest(p.F - expected), 1e-10, "error of the deformation gradient")]
+        if choices.stress_update != "usf":  # there the new stress accelerates the particles within the step
+            findings.append(Finding.below(largest(p.x - p.X @ expected.T), 1e-10, "error of the positions [m]"))
+        return Finding.all(findings)
+    inner = np.all(np.abs(p.X - 4.5 * SPACING) < 0.5 * SPACING, axis=1)  # a lumped projection is exact inside only
+    return Finding.all(
+        [ended, Finding.below(largest(p.F[inner] - expected), 1e-12, "error of the deformation gradient")]
+    )
+
+
+def rest(case: MethodCase) -> Finding:
+    """A body without stress at rest stays, to the last bit."""
+    state = case.block(np.zeros_like)
+    ended = steps(state)
+    return Finding.all(
+        [ended, Finding.below(largest(state.particles.x - state.particles.X), 1e-300, "displacement [m]")]
+    )
+
+
+def constraints_act_per_component(case: MethodCase) -> Finding:
+    """Rollers: the fixed component of a boundary node rests, the other is free."""
+
+    def floor(x: np.ndarray) -> np.ndarray:
+        mask = np.zeros(x.shape, dtype=bool)
+        mask[:, 1] = x[:, 1] < 2.004 * SPACING
+        return mask
+
+    def velocity(x: np.ndarray) -> np.ndarray:
+        v = np.ones_like(x)
+        v[:, 1] = -1.0
+        return v
+
+    state = case.block(velocity, fixed=floor)
+    ended = steps(state, n=10)
+    p = state.particles
+    lowest = p.X[:, 1] < 2.2 * SPACING
+    along = float(p.m @ p.v[:, 0] / p.m.sum())
+    return Finding.all(
+        [
+            ended,
+            Finding.below(abs(along - 1.0), 1e-10, "change of the free component [m/s]"),
+            Finding.below(float(np.abs(p.v[lowest, 1]).max()), 0.9, "held component of 1 m/s after ten steps"),
+        ]
+    )
+
+
+def tracers_do_nothing(case: MethodCase) -> Finding:
+    """Massless points change nothing and move with the material around them."""
+    without = case.block(np.sin)
+    tracers = np.full((2, case.dimension), 3.6 * SPACING)
+    tracers[0] = 2.0 * SPACING
+    state = case.block(np.sin, tracers=tracers)
+    ended = Finding.all([steps(without), steps(state)])
+    p, q = without.particles, state.particles
+    same = np.array_equal(q.x[:-2], p.x) and np.array_equal(q.sigma[:-2], p.sigma)
+    moved = float(np.abs(q.x[-2:] - q.X[-2:]).min())
+    return Finding.all([ended, Finding(same, "massless points change the others"), Finding(moved > 1e-3, "they stay")])
+
+
+def largest(error: np.ndarray) -> float:
+    """Largest magnitude; not-a-number stays one."""
+    return float(np.abs(error).max())
+
+
+CHECKS: dict[str, Check] = {
+    "rigid translation": rigid_translation,
+    "free fall": free_fall,
+    "mass and momentum": mass_and_momentum,
+    "angular momentum": angular_momentum,
+    "uniform stretch": uniform_stretch,
+    "rest": rest,
+    "constraints act per component": constraints_act_per_component,
+    "tracers do nothing": tracers_do_nothing,
+}
+DIMENSIONS = {
+    "angular momentum": (2, 3),
+    "rest": (2,),
+    "constraints act per component": (2,),
+    "tracers do nothing": (1,),
+}
+
+
+def checks(case: MethodCase) -> dict[str, Check]:
+    """Those that are asked in the case's dimension."""
+    return {name: check for name, check in CHECKS.items() if case.dimension in DIMENSIONS.get(name, (1, 2, 3))}
