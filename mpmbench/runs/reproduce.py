@@ -8,14 +8,17 @@ import hashlib
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from mpmbench.runs import bisect, stamp
 from mpmbench.runs.display import shorten
@@ -24,6 +27,10 @@ from mpmbench.runs.schema import PACKAGE, BadInput, did_you_mean, experiments, r
 AT_A_TIME = 2
 # A numerical failure is what some experiments are made to show: it is a result. These are not.
 NOT_RESULTS = ("crashed", "interrupted", "timeout", "out_of_memory")
+# What makes runs out of an experiment.
+COMPOSING = ("case", "compose", "identity", "schema", "settings", "sweep")
+_running: set["subprocess.Popen[str]"] = set()
+_stop = threading.Event()
 
 
 @dataclass(frozen=True)
@@ -72,10 +79,19 @@ def main(arguments: list[str]) -> int:
     started = time.perf_counter()
     todo = [one for one in chosen if not is_complete(one, pairs)]
     print(f"{name}: {len(chosen)} experiments, {len(chosen) - len(todo)} complete", flush=True)
-    finished = run_all(todo, pairs)
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        finished = run_all(todo, pairs)
+    finally:
+        signal.signal(signal.SIGTERM, before)
     print(f"runs: {time.perf_counter() - started:.1f} s", flush=True)
     reported = report(name, folder, chosen)
     return 0 if reported and finished else 1
+
+
+def interrupt(number: int, frame: Any) -> None:
+    """Let a request to terminate do what Ctrl-C does."""
+    raise KeyboardInterrupt
 
 
 def papers() -> list[str]:
@@ -110,7 +126,8 @@ def is_complete(experiment: Experiment, pairs: list[str]) -> bool:
 
 def inputs(experiment: Experiment, pairs: list[str]) -> str:
     """Digest of all that the results of an experiment depend on."""
-    sources = [file for room in ("core", "problems", "analysis", "runs") for file in (PACKAGE / room).rglob("*.py")]
+    sources = [file for room in ("core", "problems", "analysis") for file in (PACKAGE / room).rglob("*.py")]
+    sources += [PACKAGE / "runs" / f"{module}.py" for module in COMPOSING]
     plugins = experiment.plugins
     more = [file for file in plugins.rglob("*") if file.suffix in (".py", ".yaml")] if plugins else []
     digest = hashlib.sha256(json.dumps(sorted(pairs)).encode())
@@ -120,11 +137,23 @@ def inputs(experiment: Experiment, pairs: list[str]) -> str:
 
 
 def run_all(todo: list[Experiment], pairs: list[str]) -> bool:
-    """Run experiments, those that time first and alone, then the others side by side; whether all runs have results."""
+    """Run experiments, those that time first and alone, then the others side by side; whether all runs have results.
+
+    Whatever ends this early ends the sweeps that it has started, with their records.
+    """
     together = [experiment for experiment in todo if not experiment.alone]
-    done = [run(experiment, pairs) for experiment in todo if experiment.alone]
-    with ThreadPoolExecutor(min(AT_A_TIME, os.cpu_count() or 1)) as pool:
+    pool = ThreadPoolExecutor(min(AT_A_TIME, os.cpu_count() or 1))
+    _stop.clear()
+    try:
+        done = [run(experiment, pairs) for experiment in todo if experiment.alone]
         done += pool.map(lambda experiment: run(experiment, pairs), together)
+    except BaseException:
+        _stop.set()
+        for process in list(_running):
+            process.terminate()
+        raise
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
     return all(done)
 
 
@@ -172,14 +201,29 @@ def sweep(experiment: Experiment, name: str, pairs: list[str], environment: dict
         With what the sweep says about its input.
     """
     command = [sys.executable, "-m", "mpmbench", f"experiments={name}", *pairs, "report=false"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
-    assert process.stdout is not None
-    last = "bad input"
-    for line in process.stdout:
-        last = line.strip() or last
-        if line.startswith("[") or line.startswith("mpmbench:") or " to run" in line:
-            print(f"{experiment.short:<18}{line}", end="", flush=True)
-    if process.wait() == 2:
+    if _stop.is_set():
+        raise KeyboardInterrupt
+    options: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    # In a session of its own, so that Ctrl-C comes to it once, from us.
+    process = subprocess.Popen(command, env=environment, start_new_session=True, **options)
+    _running.add(process)
+    try:
+        assert process.stdout is not None
+        last = "bad input"
+        for line in process.stdout:
+            last = line.strip() or last
+            if line.startswith(("[", "mpmbench:", "timing", "waiting")) or " to run" in line:
+                print(f"{experiment.short:<18}{line}", end="", flush=True)
+        code = process.wait()
+    except BaseException:
+        process.terminate()
+        process.wait()
+        raise
+    finally:
+        _running.discard(process)
+    if _stop.is_set():
+        raise KeyboardInterrupt
+    if code == 2:
         raise BadInput(f"reproduce {experiment.name}: {last.removeprefix('mpmbench: ')}")
 
 

@@ -1,10 +1,13 @@
 """The command `reproduce`: what is missing, then the report; a failure of a method is a result, an accident is none."""
 
+import os
 import time
 
+import psutil
 import pytest
 
 from mpmbench.runs import reproduce, stamp
+from tests.runs.conftest import PLUGINS, start
 
 EXPERIMENT = """\
 # @package _global_
@@ -76,6 +79,7 @@ def test_the_stamp_knows_the_experiment_the_settings_and_the_files(folder, study
     assert not reproduce.is_complete(one, [])
 
 
+@pytest.mark.slow
 def test_bisection_ends_with_a_small_interval(command, folder, study):
     (study / "one.yaml").write_text(BISECTION)
     assert command("reproduce", "mini/one").code == 0
@@ -85,6 +89,38 @@ def test_bisection_ends_with_a_small_interval(command, folder, study):
     survived = [float(c) for c in cube.cfl if str(cube.status.sel(cfl=c).item()) == "ok"]
     failed = [float(c) for c in cube.cfl if float(c) not in survived]
     assert 0.5 < min(failed) < 2.0 and max(survived) < min(failed) and min(failed) - max(survived) <= 0.5 * min(failed)
+
+
+SLOW = """\
+# @package _global_
+defaults:
+  - override /problem: failing_bar
+problem:
+  fault: slow
+time_step: 1.0e-5
+end_time: 10.0
+resolution: 4
+hydra:
+  mode: MULTIRUN
+  sweeper:
+    params:
+      method: mpm
+"""
+
+
+def test_a_request_to_terminate_ends_the_sweeps_too(folder, study, plugins, monkeypatch):
+    (study / "one.yaml").write_text(SLOW)
+    (study / "two.yaml").write_text(SLOW)
+    monkeypatch.setenv("MPMBENCH_PLUGINS", os.pathsep.join([str(PLUGINS), str(folder / "brought")]))
+    process = start("reproduce", "mini")
+    for line in process.stdout:
+        if "1 to run" in line:
+            break
+    children = psutil.Process(process.pid).children(recursive=True)
+    assert children
+    process.terminate()
+    assert process.wait(60) == 1 and "Traceback" not in process.stderr.read()
+    assert psutil.wait_procs(children, 20)[1] == []
 
 
 def test_an_accident_is_no_result(command, folder, study):

@@ -15,7 +15,7 @@ from mpmbench.report.papers.parts import Campaigns, Chapter, Paper, find, read_c
 from mpmbench.report.series import studies
 from mpmbench.report.tables import Table
 
-NOTHING_COMMITTED = "index.html\nfiles.txt\nfigures/*.pdf\nfigures/*.png\ntables/*.md\n"
+NOT_COMMITTED = "index.html\nfiles.txt\nfigures/*.pdf\nfigures/*.png\ntables/*.md\n"
 
 
 def build(name: str, results: Path = Path("results"), output: Path | None = None) -> Path:
@@ -65,7 +65,7 @@ def build(name: str, results: Path = Path("results"), output: Path | None = None
     for group in lists.values():
         for table in group:
             writer.text(f"tables/{table.name}.csv", table.csv())
-    writer.text(".gitignore", NOTHING_COMMITTED)
+    writer.text(".gitignore", NOT_COMMITTED)
     writer.text("README.md", markdown(paper, verdicts, chapters, pictures, lists))
     page = writer.text("index.html", _html(paper, verdicts, chapters, pictures, lists, campaigns))
     writer.finish()

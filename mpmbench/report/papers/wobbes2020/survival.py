@@ -53,9 +53,9 @@ def breakdown_chapter(campaigns: Campaigns) -> Chapter:
     page.add(Table("times", title, columns, rows, numeric=tuple(range(3, 8))))
     page.add(_cutoffs(campaigns))
     page.notes.append(
-        "The last active function is seen by one particle near the edge of its support, and its mass goes with the "
-        "fourth power of the distance. Leaving out degrees of freedom with too little mass cures this; how little is a "
-        "matter of accuracy (second table). The unified method has no empty cells."
+        "When the last active function is seen by one particle near the edge of its support, its mass goes with the "
+        "fourth power of the distance from there. The second table leaves out degrees of freedom with too little "
+        "mass: how little is a matter of stability and of accuracy. The unified method has no empty cells."
     )
     return page
 
