@@ -102,6 +102,10 @@ class Writer:
         """Write one text file."""
         return self._place(name, lambda file: file.write_text(content, encoding="utf-8"))
 
+    def data(self, name: str, content: bytes) -> Path:
+        """Write one file of bytes."""
+        return self._place(name, lambda file: file.write_bytes(content))
+
     def table(self, table: Table) -> None:
         """Write a table as CSV, Markdown and LaTeX."""
         for suffix, content in (("csv", table.csv()), ("md", table.markdown()), ("tex", table.latex())):

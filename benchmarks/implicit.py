@@ -1,0 +1,77 @@
+"""Speed of the implicit solver: ``python -m benchmarks.implicit``. CPU times, medians, compiling left out."""
+
+from time import process_time
+
+import numpy as np
+
+from benchmarks.measure import interleaved
+from mpmbench.core import registry
+from mpmbench.core.implicit.newton import Equations
+from mpmbench.core.implicit.step import external_force, prepare
+from mpmbench.core.state import State
+from mpmbench.runs import case, compose
+
+PAIRS = (("fem", "linear"), ("implicit_mpm", "linear"), ("gmm", "mls"), ("gmm", "lme"))
+
+
+def build(*overrides: str) -> State:
+    """The initial state of a run."""
+    (config, reason), *_ = compose.compose_many([list(overrides)])
+    assert not reason, reason
+    return case.build(case.read(config))
+
+
+def newton_iteration() -> None:
+    """Assembly and solution of one Newton iteration on 128 x 16 quads with four particles per cell."""
+    print("One Newton iteration, 128 x 16 quads, 4 particles per cell, CPU ms (goal: 4 for assembly and solution)")
+    print(f"{'method':20} {'functions':>10} {'assembly':>10} {'solution':>10} {'together':>10} {'half band':>10}")
+    for method, basis in PAIRS:
+        state = build("problem=cantilever_self_weight", f"method={method}", f"basis={basis}", "resolution=128")
+        w = prepare(state)
+        equations = Equations(state, w, external_force(state, w, 1.0), 1.0, None)
+        du = np.zeros_like(state.nodes.v)
+        residual = equations.residual(du)
+        assert residual is not None
+        tasks = {
+            "functions": lambda state=state: prepare(state),
+            "assembly": lambda equations=equations, du=du: equations.residual(du),
+            "solution": lambda equations=equations, du=du, r=residual: equations.correction(du, r),
+        }
+        seconds = interleaved(tasks)
+        together = seconds["assembly"] + seconds["solution"]
+        parts = "".join(f" {1e3 * seconds[name]:10.2f}" for name in tasks)
+        band = 2 * (equations.pattern.band + 1) - 1
+        print(f"{method + ' ' + basis:20}{parts} {1e3 * together:10.2f} {band:10}")
+
+
+def whole_runs() -> None:
+    """CPU seconds of whole runs."""
+    print("\nWhole runs, CPU seconds")
+    runs = (
+        (
+            "cantilever, h = 1/32, MPM (goal: 2)",
+            ("problem=cantilever_self_weight", "method=implicit_mpm", "resolution=256"),
+        ),
+        (
+            "cantilever, h = 1/32, GMM-MLS",
+            ("problem=cantilever_self_weight", "method=gmm", "basis=mls", "resolution=256"),
+        ),
+        ("cantilever, h = 1/100, MPM", ("problem=cantilever_self_weight", "method=implicit_mpm", "resolution=800")),
+        ("soil column, h = 0.1, 2 s, MPM (goal: 20)", ("problem=soil_column", "method=implicit_mpm")),
+        ("soil column, h = 0.1, 2 s, GMM-LME", ("problem=soil_column", "method=gmm", "basis=lme")),
+    )
+    for name, overrides in runs:
+        state = build(*overrides)
+        step = registry.get("method", state.choices.time)
+        static = state.choices.time == "static"
+        dt, steps = (1.0, 1) if static else (2e-3, 1000)
+        step(build(*overrides), dt)  # compiles
+        start = process_time()
+        for _ in range(steps):
+            step(state, dt)
+        print(f"{name:45} {process_time() - start:8.2f}")
+
+
+if __name__ == "__main__":
+    newton_iteration()
+    whole_runs()

@@ -1,0 +1,213 @@
+"""The collapse of the soil column: Figs. 10-13, the check against the authors' program, and an animation."""
+
+import tempfile
+from pathlib import Path
+
+import matplotlib.animation
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from mpmbench.report import style
+from mpmbench.report.claims import MissingRuns
+from mpmbench.report.papers.iaconeta2017.support import METHODS, history, look, panels, particles, single
+from mpmbench.report.papers.parts import Campaigns, Chapter, cell
+from mpmbench.report.tables import Cell, Table
+
+NAMES = ("MPM", "GMM-MLS", "GMM-LME")
+MESHES = ((40, "soil"), (80, "soil"), (160, "soil_fine"))
+SHOWN = (0.25, 0.5, 1.0, 2.0)  # [s]
+STRAIN = (0.0, 1.5)  # colours of the equivalent plastic strain
+REFERENCE = ((0.05, 717.1), (0.10, 239.2))  # time [s] and kinetic energy [J] of Kratos 10.4.4, h = 0.1 m, a(0) = g
+SETUPS: dict[str, dict[str, object]] = {
+    "a(0) = g": {"problem__initial_acceleration": "gravity"},
+    "a(0) = 0": {
+        "problem__initial_acceleration": "zero",
+        "problem__initial_stress": "none",
+        "mass": "consistent",
+        "method__ghost_stiffness": 1e-6,
+    },
+    "K0 initial stress": {"problem__initial_stress": "k0"},
+    "lumped mass": {"mass": "lumped"},
+    "no ghost stiffness": {"method__ghost_stiffness": 0.0},
+}
+
+
+def soil_chapter(campaigns: Campaigns) -> Chapter:
+    """Run-out and plastic strain of three methods on two or three meshes."""
+    page = Chapter("soil", "Figs. 10-13: collapse of a cohesive soil column")
+    page.statement = (
+        "The paper: final configurations of MPM, GMM-LME and GMM-MLS are almost coincident, but not the equivalent "
+        "plastic strains; in GMM the clouds must be repaired, MPM tracks large deformations without modification."
+    )
+    _run_out(page, campaigns)
+    for name in NAMES:
+        _strains(page, campaigns, name)
+    _outlines(page, campaigns)
+    return page
+
+
+def _available(campaigns: Campaigns, name: str) -> list[tuple[int, str, str, dict[str, np.ndarray]]]:
+    """Resolution, experiment, file and history of the runs of a method."""
+    found = []
+    for n, experiment in MESHES:
+        try:
+            wanted = ("time", "run_out", "kinetic_energy", "largest_plastic_strain", "snapshot_time")
+            found.append((n, experiment, *history(campaigns, experiment, *wanted, resolution=n, **METHODS[name])))
+        except MissingRuns:
+            continue
+    return found
+
+
+def _run_out(page: Chapter, campaigns: Campaigns) -> None:
+    figure, axes = panels(1, 2, 2.9)
+    files, rows = [], []
+    widths = {40: 0.7, 80: 1.2, 160: 1.9}
+    for name in NAMES:
+        for n, experiment, file, found in _available(campaigns, name):
+            files.append(file)
+            line = look(name) | {"marker": None, "linewidth": widths[n], "label": f"{name}, h = {4.0 / n:g} m"}
+            axes[0, 0].plot(found["time"], found["run_out"], **line)
+            axes[0, 1].semilogy(found["time"][1:], found["kinetic_energy"][1:], **line)
+            match = {**METHODS[name], "resolution": n}
+            rows.append(
+                [Cell(name), Cell(f"{4.0 / n:g}"), cell(campaigns, experiment, "final_run_out", **match)]
+                + [Cell(float(found["largest_plastic_strain"][-1]), (file,))]
+                + [cell(campaigns, experiment, q, **match) for q in ("halved_steps", "solver_time")]
+            )
+    axes[0, 0].set_ylabel("run-out [m]")
+    axes[0, 1].set_ylabel("kinetic energy [J]")
+    for axis in axes[0]:
+        axis.set_xlabel("time [s]")
+    axes[0, 0].legend(fontsize=6)
+    page.draw("run-out", "Run-out and kinetic energy", "Time step 2 ms.", figure, files)
+    columns = ["method", "h [m]", "run-out at 2 s [m]", "largest plastic strain", "halved steps", "solver time [s]"]
+    page.add(Table("ends", "At the end, t = 2 s", columns, rows, numeric=(2, 3, 4, 5)))
+
+
+def _strains(page: Chapter, campaigns: Campaigns, name: str) -> None:
+    """Particles coloured by equivalent plastic strain at a few instants, one column per mesh."""
+    meshes = _available(campaigns, name)
+    if not meshes:
+        return
+    figure, axes = panels(len(SHOWN), len(meshes), 0.55 + 1.05 * len(SHOWN))
+    files = []
+    for column, (n, _, file, found) in enumerate(meshes):
+        files.append(file)
+        snapshots = campaigns[_].variables(file, ("position", "plastic_strain"))
+        for row, time in enumerate(SHOWN):
+            axis = axes[row, column]
+            k = int(np.argmin(np.abs(found["snapshot_time"] - time)))
+            axis.set_xlim(0.0, 5.0)
+            axis.set_ylim(0.0, 2.2)
+            if abs(found["snapshot_time"][k] - time) > 0.02:
+                axis.text(2.5, 1.0, "not reached", ha="center", fontsize=7)
+                continue
+            size = 6.0 * (40.0 / n) ** 2
+            dots = particles(axis, snapshots["position"][k], snapshots["plastic_strain"][k], STRAIN, max(size, 0.8))
+            axis.text(4.9, 1.9, f"{time:g} s", ha="right", va="top", fontsize=7)
+        axes[0, column].set_title(f"h = {4.0 / n:g} m")
+    figure.colorbar(dots, ax=axes, location="bottom", label="equivalent plastic strain", shrink=0.5, aspect=40)
+    number = {"MPM": 11, "GMM-MLS": 12, "GMM-LME": 13}[name]
+    page.draw(f"strain-{name.lower()}", f"Fig. {number}: {name}", "Lengths in metres.", figure, files)
+
+
+def _outlines(page: Chapter, campaigns: Campaigns) -> None:
+    """Fig. 10: surfaces of the three methods at a few instants."""
+    figure, axes = panels(1, len(SHOWN), 1.5)
+    files = []
+    for name in NAMES:
+        meshes = _available(campaigns, name)
+        if not meshes:
+            continue
+        n, experiment, file, found = meshes[min(1, len(meshes) - 1)]
+        files.append(file)
+        position = campaigns[experiment].variables(file, ("position",))["position"]
+        for column, time in enumerate(SHOWN):
+            k = int(np.argmin(np.abs(found["snapshot_time"] - time)))
+            if abs(found["snapshot_time"][k] - time) > 0.02:
+                continue
+            x, y = surface(position[k], 4.0 / n)
+            axes[0, column].plot(x, y, **look(name) | {"marker": None, "lw": 1.0})
+    for column, time in enumerate(SHOWN):
+        axes[0, column].set_title(f"{time:g} s")
+        axes[0, column].set_xlim(0.0, 5.0)
+        axes[0, column].set_ylim(0.0, 2.2)
+        axes[0, column].set_aspect("equal")
+    axes[0, 0].legend(fontsize=5)
+    page.draw("outlines", "Fig. 10: surface of the column", "Finest mesh up to h = 0.05 m.", figure, files)
+
+
+def surface(position: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
+    """Highest particle in each strip of the given width [m]: places and heights [m]."""
+    strip = np.floor(position[:, 0] / width).astype(int)
+    strips = np.unique(strip)
+    return (strips + 0.5) * width, np.array([position[strip == s, 1].max() for s in strips])
+
+
+def soil_check_chapter(campaigns: Campaigns) -> Chapter:
+    """Kinetic energy against the authors' program, and what open choices change."""
+    page = Chapter("soil_check", "Soil column: check against the authors' program, and open choices")
+    page.statement = (
+        "Kratos Multiphysics 10.4.4, h = 0.1 m, a(0) = g: kinetic energy 717.1 J at 0.05 s and 239.2 J at 0.10 s."
+    )
+    figure, axes = single(width=1.5 * style.COLUMN)
+    files, rows = [], []
+    for k, (name, match) in enumerate(SETUPS.items()):
+        file, found = history(campaigns, "soil_check", "time", "kinetic_energy", **match)
+        files.append(file)
+        axes.plot(found["time"], found["kinetic_energy"], color=f"C{k}", label=name, lw=1.1)
+        energies = [float(np.interp(t, found["time"], found["kinetic_energy"])) for t, _ in REFERENCE]
+        rows.append(
+            [
+                Cell(name),
+                *(Cell(energy, (file,)) for energy in energies),
+                cell(campaigns, "soil_check", "final_run_out", **match),
+            ]
+        )
+    axes.plot(*zip(*REFERENCE, strict=True), "k+", ms=9, label="Kratos 10.4.4, a(0) = g")
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("kinetic energy [J]")
+    axes.legend(fontsize=6)
+    page.draw("energy", "Kinetic energy, implicit MPM", "h = 0.1 m, time step 2 ms.", figure, files)
+    rows.append([Cell("Kratos 10.4.4, a(0) = g"), *(Cell(energy) for _, energy in REFERENCE), Cell()])
+    columns = ["set-up", "energy at 0.05 s [J]", "energy at 0.10 s [J]", "run-out at 0.5 s [m]"]
+    page.add(Table("energies", "Kinetic energies", columns, rows, numeric=(1, 2, 3)))
+    return page
+
+
+def animation_chapter(campaigns: Campaigns) -> Chapter:
+    """The collapse as a moving picture."""
+    page = Chapter("animation", "The collapse as a moving picture")
+    file, found = history(campaigns, "animation", "snapshot_time", "position", "plastic_strain")
+    gif = moving_picture(found["snapshot_time"], found["position"], found["plastic_strain"])
+    caption = "Implicit MPM, h = 0.1 m, from 0 to 2 s in 4 s: particles coloured by equivalent plastic strain."
+    page.animate("collapse", "Collapse of the soil column", caption, gif, [file])
+    return page
+
+
+def moving_picture(times: np.ndarray, position: np.ndarray, strain: np.ndarray) -> bytes:
+    """An animated GIF of particles, shapes (T,), (T, P, 2) and (T, P)."""
+    figure, axes = single(height=2.0, width=1.3 * style.COLUMN)
+    FigureCanvasAgg(figure)
+    dots = particles(axes, position[0], strain[0], STRAIN, 5.0)
+    axes.set_xlim(0.0, 5.0)
+    axes.set_ylim(0.0, 2.2)
+    figure.colorbar(dots, ax=axes, label="equivalent plastic strain")
+    clock = axes.text(4.9, 2.0, "", ha="right", va="top", fontsize=7)
+
+    def show(k: int) -> list[object]:
+        dots.set_offsets(position[k])
+        dots.set_array(strain[k])
+        clock.set_text(f"{times[k]:.2f} s")
+        return [dots, clock]
+
+    frames = matplotlib.animation.FuncAnimation(figure, show, frames=len(times), interval=100, blit=False)  # type: ignore[arg-type]
+    return _as_gif(frames)
+
+
+def _as_gif(frames: matplotlib.animation.FuncAnimation) -> bytes:
+    """The bytes of the file, which matplotlib can only write to a place."""
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder) / "animation.gif"
+        frames.save(place, writer=matplotlib.animation.PillowWriter(fps=10), dpi=110)
+        return place.read_bytes()

@@ -1,0 +1,82 @@
+"""What the chapters and claims on Iaconeta et al. 2017 share: the paper's methods by name, and a few short cuts."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mpmbench.report import style
+from mpmbench.report.papers.parts import Campaigns, subset
+from mpmbench.report.tables import Cell
+
+METHODS: dict[str, dict[str, str]] = {
+    "UL-FEM": {"method": "fem", "basis": "linear"},
+    "MPM": {"method": "implicit_mpm", "basis": "linear"},
+    "GMM-MLS": {"method": "gmm", "basis": "mls"},
+    "GMM-LME": {"method": "gmm", "basis": "lme"},
+}
+LINES = {"UL-FEM": "-", "MPM": "--", "GMM-MLS": "-", "GMM-LME": ":"}
+COLOURS = {"UL-FEM": "#E69F00", "MPM": "#0072B2", "GMM-MLS": "#CC79A7", "GMM-LME": "#009E73"}
+LARGEST_CLOUD = 4000  # particles that a picture shows; more are thinned evenly
+
+
+def look(name: str) -> dict[str, Any]:
+    """Keywords of `Axes.plot` for one of the paper's methods."""
+    basis = METHODS[name]["basis"]
+    return {"color": COLOURS[name], "linestyle": LINES[name], "marker": style.marker(basis), "label": name}
+
+
+def history(campaigns: Campaigns, campaign: str, *wanted: str, **match: Any) -> tuple[str, dict[str, np.ndarray]]:
+    """File and variables of the one run that matches, however it ended.
+
+    Raises
+    ------
+    MissingRuns
+        When there is no such run.
+    ValueError
+        When several match.
+    """
+    found = subset(campaigns[campaign], **match)
+    if len(found.runs) != 1:
+        raise ValueError(f"{campaign}: {len(found.runs)} runs match {match}, not one")
+    file = str(found.runs.index[0])
+    return file, found.variables(file, wanted)
+
+
+def panels(rows: int, columns: int, height: float, width: float = 2.0 * style.COLUMN) -> tuple[Figure, np.ndarray]:
+    """A figure with a grid of axes, shape (rows, columns); lengths in inches."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False)
+
+
+def single(height: float = 2.8, width: float = style.COLUMN) -> tuple[Figure, Axes]:
+    """A figure with one pair of axes; lengths in inches."""
+    figure, axes = panels(1, 1, height, width)
+    return figure, axes[0, 0]
+
+
+def particles(axes: Axes, position: np.ndarray, values: np.ndarray, limits: tuple[float, float], size: float) -> Any:
+    """Particles as coloured dots, drawn as an image inside the figure; no grid, equal scales."""
+    step = max(1, len(position) // LARGEST_CLOUD)
+    dots = axes.scatter(
+        position[::step, 0],
+        position[::step, 1],
+        c=values[::step],
+        s=size,
+        vmin=limits[0],
+        vmax=limits[1],
+        cmap="viridis",
+        linewidths=0,
+        rasterized=True,
+    )
+    axes.set_aspect("equal")
+    axes.grid(False)
+    return dots
+
+
+def ratio(one: Cell, other: Cell) -> Cell:
+    """Quotient of two numbers with the files of both; empty when one is missing."""
+    if not (isinstance(one.value, float) and isinstance(other.value, float)) or other.value == 0.0:
+        return Cell()
+    return Cell(one.value / other.value, one.files + other.files)
