@@ -19,6 +19,7 @@ A chapter is a function of the campaigns, by the names of their experiments, and
         chapter = Chapter("bar", "Fig. 3: bar", statement="The paper: OTM converges with order 2.")
         chapter.convergence(campaigns["bar"])                            # figures, orders and errors of a sweep
         chapter.draw("profile", "Stress", "Caption.", figure, files)     # any matplotlib figure, and what it shows
+        chapter.animate("collapse", "Collapse", "Caption.", gif, files)  # the bytes of an animated GIF
         chapter.add(table)                                               # a `mpmbench.report.tables.Table`
         chapter.notes.append("A sentence.")
         return chapter

@@ -59,6 +59,8 @@ def build(name: str, results: Path = Path("results"), output: Path | None = None
             chapters.append(chapter)
             drawings = chapter.drawings
             pictures[chapter.name] = [writer.picture(d.name, d.title, d.caption, d.figure) for d in drawings]
+            for animation in chapter.animations:
+                writer.data(f"figures/{animation.name}.gif", animation.gif)
             for table in chapter.tables:
                 writer.table(table)
     lists = {experiment: list(_runs(campaigns, experiment)) for experiment in campaigns}
@@ -116,6 +118,9 @@ def markdown(
         for picture in pictures[chapter.name]:
             image = f"![{picture.title}](figures/{picture.name}.svg)"
             parts.append(f"{image}\n\n*{picture.title}.* {picture.caption}".strip())
+        for animation in chapter.animations:
+            image = f"![{animation.title}](figures/{animation.name}.gif)"
+            parts.append(f"{image}\n\n*{animation.title}.* {animation.caption}".strip())
         parts += chapter.notes
         for table in chapter.tables:
             body = dataclasses.replace(table, title=f"**{table.title}** ([CSV](tables/{table.name}.csv))")

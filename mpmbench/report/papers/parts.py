@@ -40,6 +40,17 @@ class Drawing:
     files: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class Animation:
+    """A moving picture (an animated GIF), what it shows, and the result files it was drawn from."""
+
+    name: str
+    title: str
+    caption: str
+    gif: bytes
+    files: tuple[str, ...] = ()
+
+
 @dataclass
 class Chapter:
     """One section of the report.
@@ -52,6 +63,7 @@ class Chapter:
     statement : str
         What the paper says or shows there.
     drawings : list of Drawing
+    animations : list of Animation
     tables : list of Table
     notes : list of str
         Sentences between figures and tables.
@@ -61,12 +73,17 @@ class Chapter:
     title: str
     statement: str = ""
     drawings: list[Drawing] = field(default_factory=list)
+    animations: list[Animation] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     def draw(self, name: str, title: str, caption: str, figure: Figure, files: Iterable[str] = ()) -> None:
         """Add a figure; its file is called ``<chapter>-<name>``."""
         self.drawings.append(Drawing(f"{self.name}-{name}", title, caption, figure, tuple(map(str, files))))
+
+    def animate(self, name: str, title: str, caption: str, gif: bytes, files: Iterable[str] = ()) -> None:
+        """Add a moving picture; its file is called ``<chapter>-<name>.gif``."""
+        self.animations.append(Animation(f"{self.name}-{name}", title, caption, gif, tuple(map(str, files))))
 
     def add(self, table: Table | None) -> None:
         """Add a table, unless there is none; its file is called ``<chapter>-<name>``."""
