@@ -1,0 +1,186 @@
+"""Table 2.1, metrics that follow deformation, corrected gradients, and triangulations."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mpmbench.core.bases.entropy_basis import EntropyBasis
+from mpmbench.core.bases.lme import LocalMaxEnt
+from mpmbench.core.errors import BadSetting, NotApplicable
+from mpmbench.core.geometry import Box, Cloud
+from mpmbench.core.particles import Particles
+from mpmbench.core.triangulate import barycentres, disc, extruded, jittered, nodal_volumes, triangulation, volumes
+from mpmbench.runs.case import read
+from tests.core.support import compose, run
+
+TABLE = {0.8: (2.7, 3.6, 4.2), 1.8: (2.4, 3.5, 4.3), 2.8: (3.0, 4.0, 5.0), 6.8: (4.0, 5.0, 6.0)}
+
+
+def study(gamma: float, tolerance: float, line_search: bool) -> Any:
+    changes = {"basis__gamma": gamma, "basis__tolerance": tolerance, "basis__line_search": line_search}
+    return run("lme_shape_functions", "evaluate", "lme", **changes)
+
+
+@pytest.mark.parametrize("gamma", TABLE)
+def test_table_of_newton_steps(gamma: float) -> None:
+    for tolerance, published in zip((1e-5, 1e-10, 1e-13), TABLE[gamma], strict=True):
+        plain, safe = study(gamma, tolerance, False), study(gamma, tolerance, True)
+        assert float(plain["newton_steps_mean"]) == pytest.approx(published, abs=0.6)
+        assert int(safe["newton_failures"]) == 0
+        assert (float(plain["newton_failures_share"]) > 0.5) == (gamma == 6.8)
+        assert float(safe["error_completeness"]) < tolerance
+
+
+def test_study_needs_its_method() -> None:
+    with pytest.raises(NotApplicable, match="method=evaluate"):
+        read(compose("lme_shape_functions", "otm", "lme"))
+    with pytest.raises(NotApplicable, match="no multipliers"):
+        read(compose("lme_shape_functions", "evaluate", "bspline"))
+
+
+# locality that follows the deformation
+
+
+def deformed(dim: int, locality: str, F: np.ndarray, **settings: Any) -> tuple[EntropyBasis, EntropyBasis, np.ndarray]:
+    """A basis on an irregular cloud, the same on the cloud deformed by F, and points of the first."""
+    box = Box((0.0,) * dim, (1.0,) * dim, (5,) * dim)
+    nodes = box.nodes()
+    nodes = jittered(nodes, 0.2, 0.2, (nodes < 1e-9) | (nodes > 1.0 - 1e-9), 3)
+    x = np.random.default_rng(1).uniform(0.05, 0.95, (40, dim))
+    before = LocalMaxEnt(spacing=0.2, **settings).build(Cloud(nodes), len(x), True)
+    after = LocalMaxEnt(spacing=0.2, locality=locality, **settings).build(Cloud(nodes @ F.T), len(x), True)
+    assert isinstance(before, EntropyBasis) and isinstance(after, EntropyBasis)
+    p = Particles.at_rest(x, np.ones(len(x)), 1.0)
+    p.x[:] = x @ F.T
+    p.F[:] = F
+    after.follow(p)
+    before.locate(x)
+    after.locate(p.x)
+    return before, after, x
+
+
+STRETCH = {
+    1: np.array([[0.1]]),
+    2: np.array([[0.1, 0.3], [0.0, 1.5]]),
+    3: np.array([[0.1, 0.2, 0.0], [0.3, 1.4, 0.0], [0.0, 0.1, 0.8]]),
+}
+
+
+@pytest.mark.parametrize("dim", (1, 2, 3))
+def test_convected_functions_are_those_before_the_deformation(dim: int) -> None:
+    """Values are equal, gradients pushed forward by F, for stretches of ten."""
+    F = STRETCH[dim]
+    before, after, _ = deformed(dim, "convected", F)
+    n = len(before.nodes)
+    assert np.abs(after.handle.matrix(n) - before.handle.matrix(n)).max() < 1e-10
+    pushed = before.handle.gradient_matrix(n) @ np.linalg.inv(F)
+    assert np.abs(after.handle.gradient_matrix(n) - pushed).max() < 1e-8 * np.abs(pushed).max()
+
+
+@pytest.mark.parametrize("dim", (1, 2, 3))
+def test_volume_locality_follows_isotropic_compression_only(dim: int) -> None:
+    before, after, _ = deformed(dim, "volume", 0.2 * np.eye(dim))
+    n = len(before.nodes)
+    assert np.abs(after.handle.matrix(n) - before.handle.matrix(n)).max() < 1e-10
+    if dim > 1:
+        before, after, _ = deformed(dim, "volume", STRETCH[dim])
+        assert np.abs(after.handle.matrix(n) - before.handle.matrix(n)).max() > 1e-3
+
+
+def test_stretches_of_the_metric_are_clipped() -> None:
+    F = np.diag([0.1, 1.0])
+    clipped = deformed(2, "convected", F, stretch_limit=2.0)[1]
+    softer = deformed(2, "convected", np.diag([0.5, 1.0]))[0]
+    assert clipped.cloud.metric.pull[0] == pytest.approx(np.diag([2.0, 1.0]), abs=1e-12)
+    assert clipped.cloud.metric.half[0] == pytest.approx([0.5, 1.0])
+    assert clipped.handle.size.mean() > softer.handle.size.mean()  # more nodes of the compressed cloud are seen
+
+
+def test_search_in_cells_finds_what_all_nodes_give() -> None:
+    F = STRETCH[2]
+    near, all_ = (deformed(2, "convected", F, search=search)[1] for search in ("local", "all"))
+    n = len(near.nodes)
+    assert np.array_equal(near.handle.size, all_.handle.size)
+    assert np.abs(near.handle.matrix(n) - all_.handle.matrix(n)).max() < 1e-12
+
+
+def test_radius_grows_where_nodes_do_not_surround_a_point() -> None:
+    nodes = np.delete(np.linspace(0.0, 1.0, 11), [4, 5])[:, None]
+    x = np.array([[0.25], [0.35]])
+    basis = LocalMaxEnt(gamma=1.8, spacing=0.1, relative_radius=1.5, locality="convected").build(Cloud(nodes), 2, True)
+    assert isinstance(basis, EntropyBasis)
+    basis.locate(x)
+    assert basis.cloud.metric.growth[1] > 1.0
+    assert basis.statistics()["enlarged_points"][0] >= 1
+    assert basis.handle.matrix(len(nodes)) @ nodes == pytest.approx(x, abs=1e-12)
+
+
+# gradients that integrate exactly
+
+
+def patch(gradient: str, dim: int) -> tuple[np.ndarray, EntropyBasis, Particles]:
+    """Sums over particles of V grad phi at inner nodes of an irregular cloud with particles at barycentres."""
+    box = Box((0.0,) * dim, (1.0,) * dim, (6, 5, 4)[:dim])
+    nodes = box.nodes()
+    nodes = jittered(nodes, 0.15, 0.25, (nodes < 1e-9) | (nodes > 1.0 - 1e-9), 2)
+    cloud = Cloud(nodes, triangulation(nodes, 1.0), 0.2)
+    X, V = barycentres(cloud)
+    basis = LocalMaxEnt(gradient=gradient).build(cloud, len(X), True)
+    assert isinstance(basis, EntropyBasis)
+    p = Particles.at_rest(X, V, 1.0)
+    basis.follow(p)
+    basis.locate(p.x)
+    sums = np.einsum("p,pid->id", V, basis.handle.gradient_matrix(len(nodes)))
+    inner = np.all((nodes > 1e-9) & (nodes < 1.0 - 1e-9), axis=1)
+    return sums[inner], basis, p
+
+
+@pytest.mark.parametrize("dim", (1, 2, 3))
+def test_consistent_gradients_pass_the_patch_test(dim: int) -> None:
+    plain, _, _ = patch("exact", dim)
+    sums, basis, _ = patch("consistent", dim)
+    assert np.abs(plain).max() > 1e-4
+    assert np.abs(sums).max() < 1e-3 * np.abs(plain).max()
+    gradient = basis.handle.gradient_matrix(len(basis.nodes))
+    assert np.abs(gradient.sum(axis=1)).max() < 1e-9
+    assert np.abs(np.einsum("pid,ie->ped", gradient, basis.nodes) - np.eye(dim)).max() < 1e-9
+
+
+def test_consistent_gradients_balance_the_boundary() -> None:
+    """Forces of a constant stress on all nodes add up to the traction on each face."""
+    _, basis, p = patch("consistent", 2)
+    sums = np.einsum("p,pid->id", p.V, basis.handle.gradient_matrix(len(basis.nodes)))
+    right = basis.nodes[:, 0] > 1.0 - 1e-9
+    assert sums[right, 0].sum() == pytest.approx(1.0, abs=1e-4)
+    assert np.abs(sums[right & (np.abs(basis.nodes[:, 1] - 0.5) < 0.4), 1]).max() < 1e-5
+
+
+def test_consistent_gradients_need_moving_nodes() -> None:
+    with pytest.raises(NotApplicable, match="nodes that move"):
+        read(compose("bar_fixed_ends", "mpm", "lme", basis__gradient="consistent"))
+    with pytest.raises(BadSetting):
+        LocalMaxEnt(rim="cut", gradient="consistent")
+    with pytest.raises(BadSetting):
+        LocalMaxEnt(rim="cut", locality="convected")
+
+
+# triangulations
+
+
+def test_triangulations_fill_their_body() -> None:
+    section = disc(4.0)
+    assert (len(section.nodes), len(section.simplices)) == (57, 98)  # type: ignore[arg-type]
+    rod = extruded(section, np.linspace(0.0, 3.0, 4))
+    assert rod.simplices is not None and section.simplices is not None
+    area = volumes(section.nodes, section.simplices).sum()
+    assert volumes(rod.nodes, rod.simplices).sum() == pytest.approx(3.0 * area, rel=1e-12)
+    assert volumes(rod.nodes, rod.simplices).min() > 0.05
+    assert nodal_volumes(rod).sum() == pytest.approx(3.0 * area, rel=1e-12)
+    pairs = np.sort(np.concatenate([np.delete(rod.simplices, k, axis=1) for k in range(4)]), axis=1)
+    assert np.unique(pairs, axis=0, return_counts=True)[1].max() == 2  # neighbours share whole faces
+
+
+def test_nodes_that_fill_no_body_are_refused() -> None:
+    with pytest.raises(BadSetting, match="fill"):
+        triangulation(Box((0.0, 0.0), (1.0, 1.0), (2, 2)).nodes(), 2.0)
