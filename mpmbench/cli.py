@@ -22,6 +22,7 @@ VERBS = {
     "compare": ("mpmbench.runs.compare:main", "A B", "what is better or worse in folder B than in A"),
     "merge": ("mpmbench.runs.merge:main", "TARGET A B...", "results of several machines in one folder"),
     "rerun": ("mpmbench.runs.rerun:main", "FILE.nc", "run again from a result file: is the same the result?"),
+    "check": ("mpmbench.runs.check:main", "FILE.py", "does a plug-in keep its contract? a scorecard"),
     "warmup": ("mpmbench.runs.warmup:main", "[KEY=VALUE...]", "compile the kernels that a sweep needs beforehand"),
 }
 

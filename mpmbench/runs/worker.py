@@ -120,7 +120,27 @@ def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict
     return answer | {"solver_times": dataset.attrs.get("solver_times", [])}
 
 
-ANSWERS: dict[str, Callable[..., Any]] = {"check": check, "run": run, "record": record, "solve": solve_only}
+def score(name: str) -> Callable[..., Any]:
+    """A function of `mpmbench.runs.scoring`, imported when it is needed; what it raises becomes a sentence."""
+
+    def answer(connection: Connection, *arguments: Any) -> Any:
+        try:
+            from mpmbench.runs import scoring
+
+            return getattr(scoring, name)(connection, *arguments)
+        except (Exception, SystemExit) as error:
+            return explain(error)
+
+    return answer
+
+
+ANSWERS: dict[str, Callable[..., Any]] = {
+    "check": check,
+    "run": run,
+    "record": record,
+    "solve": solve_only,
+    **{name: score(name) for name in ("contents", "outline", "judge")},
+}
 
 
 def progress_to(connection: Connection) -> Any:
@@ -137,7 +157,7 @@ def progress_to(connection: Connection) -> Any:
     return progress
 
 
-def explain(error: Exception) -> str:
+def explain(error: BaseException) -> str:
     """One line: the error, and the place in the sources where it was raised."""
     frames = traceback.extract_tb(error.__traceback__)
     place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""

@@ -21,6 +21,7 @@ class ProblemCase:
     material_settings: dict[str, Any]
     resolution: int
     particles_per_cell: int
+    end_time: float
 
     @property
     def problem(self) -> Any:
@@ -33,16 +34,16 @@ class ProblemCase:
 
 
 def particles_fill_the_body(case: ProblemCase) -> Finding:
-    """Positions and volumes of the particles have the right shapes, and refining keeps the volume of the body."""
+    """Positions and volumes have the right shapes, and refining keeps the volume of the body (of round ones nearly)."""
     problem = case.problem
     X, V0 = problem.seed(case.resolution, case.particles_per_cell)
     X2, V2 = problem.seed(2 * case.resolution, case.particles_per_cell)
-    shapes = X.shape == (len(V0), problem.dimension) and bool((V0 > 0.0).all()) and len(X2) > len(X)
+    shapes = X.shape == (len(V0), problem.dimension) and bool((V0 > 0.0).all()) and len(X2) >= len(X)
     change = abs(V2.sum() / V0.sum() - 1.0)
     return Finding.all(
         [
             Finding(shapes, f"positions {X.shape}, volumes {V0.shape} from {V0.min():.2g}"),
-            Finding.below(float(change), 1e-6, "relative change of the volume with the resolution"),
+            Finding.below(float(change), 0.01, "relative change of the volume with the resolution"),
         ]
     )
 
@@ -60,18 +61,15 @@ def solution_starts_as_the_problem(case: ProblemCase) -> Finding:
     """The exact solution at t = 0 has the initial velocity, and the displacement that the body starts with."""
     problem, material = case.problem, case.material
     X, _ = problem.seed(case.resolution, case.particles_per_cell)
-    exact, later = problem.exact(X, 0.0, material), problem.exact(X, 1e-6, material)
-    start = problem.initial_displacement(material)
+    exact, start = problem.exact(X, 0.0, material), problem.initial_displacement(material)
+    length, speed = scales(case, X)
     findings = [Finding(True, "no exact solution")]
     if "displacement" in exact:
-        expected = np.zeros_like(X) if start is None else start(X)
-        scale = max(largest(later["displacement"]), largest(expected), 1e-300)
-        error = largest(exact["displacement"] - expected) / scale
-        findings.append(Finding.below(error, 1e-6, "relative displacement at the start"))
+        difference = exact["displacement"] - (np.zeros_like(X) if start is None else start(X))
+        findings.append(Finding.below(most(difference) / length, 1e-6, "relative difference of the displacements"))
     if "velocity" in exact:
-        v = problem.velocity(X, material)
-        scale = max(largest(v), largest(later["velocity"]), 1e-300)
-        findings.append(Finding.below(largest(exact["velocity"] - v) / scale, 1e-6, "difference of the velocities"))
+        difference = exact["velocity"] - problem.velocity(X, material)
+        findings.append(Finding.below(most(difference) / speed, 1e-6, "relative difference of the velocities"))
     return Finding.all(findings)
 
 
@@ -79,13 +77,24 @@ def velocity_is_the_rate(case: ProblemCase) -> Finding:
     """The exact velocity is the derivative of the exact displacement in time."""
     problem, material = case.problem, case.material
     X, _ = problem.seed(case.resolution, case.particles_per_cell)
-    t, step = 2e-4, 1e-7
+    t, step = 0.2 * case.end_time, 1e-5 * case.end_time
     fields = [problem.exact(X, time, material) for time in (t - step, t, t + step)]
     if not all({"displacement", "velocity"} <= set(some) for some in fields):
         return Finding(True, "no exact velocity")
     rate = (fields[2]["displacement"] - fields[0]["displacement"]) / (2.0 * step)
-    scale = max(largest(rate), 1e-300)
-    return Finding.below(largest(fields[1]["velocity"] - rate) / scale, 1e-4, "relative difference from the rate")
+    _, speed = scales(case, X)
+    return Finding.below(most(fields[1]["velocity"] - rate) / speed, 1e-4, "relative difference from the rate")
+
+
+def scales(case: ProblemCase, X: np.ndarray) -> tuple[float, float]:
+    """Largest displacement [m] and velocity [m/s] of the problem, to measure differences by."""
+    times = np.linspace(0.0, case.end_time, 5)
+    fields = [case.problem.exact(X, float(t), case.material) for t in times]
+    length = max([1e-300, *(largest(some["displacement"]) for some in fields if "displacement" in some)])
+    start = largest(case.problem.velocity(X, case.material))
+    return length, max(
+        [start, length / case.end_time, *(largest(some["velocity"]) for some in fields if "velocity" in some)]
+    )
 
 
 def nodes_hold_the_particles(case: ProblemCase) -> Finding:
@@ -94,11 +103,17 @@ def nodes_hold_the_particles(case: ProblemCase) -> Finding:
     X, _ = problem.seed(case.resolution, case.particles_per_cell)
     findings = []
     for nodes in ("fixed", "moving"):
-        geometry = problem.nodes(case.resolution, Choices(nodes=nodes))
+        choices = Choices(nodes=nodes)
+        geometry, x = problem.nodes(case.resolution, choices), problem.place(X, case.resolution, choices)
         places = geometry.nodes() if callable(geometry.nodes) else geometry.nodes
-        inside = bool((places.min(axis=0) <= X.min(axis=0)).all() and (places.max(axis=0) >= X.max(axis=0)).all())
+        inside = bool((places.min(axis=0) <= x.min(axis=0)).all() and (places.max(axis=0) >= x.max(axis=0)).all())
         findings.append(Finding(inside, f"particles lie outside the box around {nodes} nodes"))
     return Finding.all(findings)
+
+
+def most(values: np.ndarray) -> float:
+    """Largest magnitude of all but a fiftieth of the values: a jump may be read from either side."""
+    return float(np.quantile(np.abs(values), 0.98))
 
 
 def largest(values: np.ndarray) -> float:

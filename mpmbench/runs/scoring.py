@@ -1,0 +1,68 @@
+"""The child's side of ``check``: what a plug-in file brings, and whether it keeps one part of its contract."""
+
+import importlib
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from mpmbench.analysis.contracts import Check, Finding, bases, materials, methods, problems
+from mpmbench.core import registry
+from mpmbench.core.materials import cauchy_stress
+from mpmbench.core.methods import Choices
+from mpmbench.runs.schema import PACKAGE
+
+Cases = list[tuple[str, Any, dict[str, Check]]]  # label, case and its checks by name
+
+
+def contents(connection: Connection, file: str) -> list[tuple[str, str]]:
+    """Kind and name of everything that a file registers."""
+    module = load(Path(file))
+    brought = [(kind, name) for kind in registry.PACKAGES for name in registry.names(kind)]
+    return [(kind, name) for kind, name in brought if registry.get(kind, name).__module__ == module]
+
+
+def load(file: Path) -> str:
+    """Import a plug-in file, which may be one of ours, and return its name as a module."""
+    if file.is_relative_to(PACKAGE):
+        name = ".".join(["mpmbench", *file.relative_to(PACKAGE).with_suffix("").parts])
+        importlib.import_module(name)
+        return name
+    registry.load_plugins()
+    registry.load_file(file)
+    return f"mpmbench_plugin_{file.stem}"
+
+
+def outline(connection: Connection, kind: str, name: str, settings: dict[str, Any]) -> list[tuple[str, list[str]]]:
+    """Label of each case of a plug-in, and the names of its checks."""
+    return [(label, list(checks)) for label, _, checks in cases(kind, name, settings)]
+
+
+def judge(connection: Connection, kind: str, name: str, settings: dict[str, Any], label: str, check: str) -> Finding:
+    """One check of one case."""
+    case, checks = next((case, checks) for at, case, checks in cases(kind, name, settings) if at == label)
+    return checks[check](case)
+
+
+def cases(kind: str, name: str, settings: dict[str, Any]) -> Cases:
+    """All cases of a plug-in, lowest dimension first."""
+    if kind == "basis":
+        found = bases.cases(name)
+        return [(f"{case.dimension}D{' moved' if case.moved else ''}", case, bases.CHECKS) for case in found]
+    if kind == "material":
+        return [(f"{case.dimension}D", case, materials.checks(case)) for case in materials.cases(name)]
+    if kind == "method":
+        choices = Choices(**settings["method"])
+        step = registry.get("method", name)
+        if getattr(step, "needs", cauchy_stress) is not cauchy_stress:
+            return []  # the contract is that of explicit loops
+        return [(f"{case.dimension}D", case, methods.checks(case)) for case in methods.cases(choices)]
+    problem = problems.ProblemCase(
+        name, parameters(settings["problem"]), settings["material"]["name"], parameters(settings["material"]),
+        settings["resolution"], settings["particles_per_cell"], settings["end_time"],
+    )  # fmt: skip
+    return [(f"{problem.problem.dimension}D", problem, problems.CHECKS)]
+
+
+def parameters(settings: dict[str, Any]) -> dict[str, Any]:
+    """Settings of an option without its name."""
+    return {key: value for key, value in settings.items() if key != "name"}

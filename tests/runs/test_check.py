@@ -1,0 +1,107 @@
+"""The scorecard of plug-in files, and the contract of our own problems."""
+
+import shutil
+
+import pytest
+
+from mpmbench.runs import compose, scoring
+from mpmbench.runs.schema import PACKAGE, options
+from tests.runs.conftest import PLUGINS
+
+OUTSIDE = PLUGINS / "outside"
+
+
+def card(out: str) -> dict[str, str]:
+    """Rows of a scorecard by their names."""
+    return {line[2:42].strip(): line[42:] for line in out.splitlines() if line.startswith("  ") and line[2] != " "}
+
+
+@pytest.fixture(autouse=True)
+def no_plugins(monkeypatch):
+    monkeypatch.setenv("MPMBENCH_PLUGINS", "")  # the command adds the folder of the file
+
+
+def test_a_plugin_that_keeps_its_contract(command):
+    outcome = command("check", str(OUTSIDE / "stored_hat.py"))
+    assert outcome.code == 0, outcome.out
+    rows = card(outcome.out)
+    assert len(rows) == 10 and all(marks.count("ok") >= 1 and "FAILS" not in marks for marks in rows.values())
+    assert rows["kronecker"].split("  ") == ["1D ok", "1D moved ok"]
+    assert "18 of 18 checks passed" in outcome.out
+
+
+@pytest.mark.parametrize("name", ["simo_pister", "free_bar"])
+def test_other_kinds_of_plugins(command, name):
+    outcome = command("check", str(OUTSIDE / f"{name}.py"))
+    assert outcome.code == 0, outcome.out
+
+
+@pytest.mark.slow
+def test_a_time_loop_that_damps_is_found_out(command):
+    outcome = command("check", str(OUTSIDE / "damped.py"))
+    assert outcome.code == 1
+    assert card(outcome.out)["mass and momentum"].count("FAILS") == 3
+    assert "change of momentum over mass" in outcome.out
+
+
+def test_what_is_broken_is_named_and_costs_its_own_line_only(command, folder):
+    """Half the gradient, a declaration that is too modest, and a crash where many points are evaluated."""
+    (folder / "conf/basis").mkdir(parents=True)
+    shutil.copy(OUTSIDE / "conf/basis/stored_hat.yaml", folder / "conf/basis")
+    text = (OUTSIDE / "stored_hat.py").read_text()
+    text = text.replace("[-1.0 / h, 1.0 / h]", "[-0.5 / h, 0.5 / h]").replace(
+        'kronecker="everywhere"', 'kronecker="none"'
+    )
+    text = text.replace(
+        "        outside = self", "        if len(x) > 4000:\n            os.abort()\n        outside = self", 1
+    )
+    (folder / "stored_hat.py").write_text("import os\n" + text)
+    outcome = command("check", "stored_hat.py")
+    assert outcome.code == 1
+    rows = card(outcome.out)
+    failing = {name for name, marks in rows.items() if "FAILS" in marks}
+    assert failing == {"gradient is the derivative", "linear completeness", "kronecker", "gradient jumps"}
+    assert "1D: relative error of the gradient 0.5, less than 2e-05 is needed" in outcome.out
+    assert "interpolation at the nodes holds and is not declared" in outcome.out
+    assert "1D: the process was ended by SIGABRT" in outcome.out
+    assert "10 of 18 checks passed" in outcome.out
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("import nothing_of_this_name\n", "cannot be imported: ModuleNotFoundError"),
+        ("def broken(:\n", "cannot be imported: SyntaxError"),
+        ("x = 1\n", "it registers nothing"),
+        (None, "there is no such file"),
+    ],
+)
+def test_files_that_are_no_plugins(command, folder, text, sentence):
+    if text is not None:
+        (folder / "mine.py").write_text(text)
+    outcome = command("check", "mine.py")
+    assert outcome.code == 2
+    assert sentence in outcome.err and outcome.err.count("\n") == 1
+
+
+def test_a_plugin_without_its_yaml_file(command, folder):
+    shutil.copy(OUTSIDE / "stored_hat.py", folder)
+    outcome = command("check", "stored_hat.py")
+    assert outcome.code == 1
+    assert "conf/basis/stored_hat.yaml is missing beside it" in outcome.out
+
+
+@pytest.mark.parametrize("name", options("problem"))
+def test_our_own_problems_keep_the_contract(name):
+    ((config, _),) = compose.compose_many([[f"problem={name}"]])
+    ((_, case, checks),) = scoring.cases("problem", name, config)
+    assert len(checks) == 5
+    for check in checks.values():
+        finding = check(case)
+        assert finding.passed, finding.text
+
+
+def test_our_own_files_can_be_checked(command):
+    outcome = command("check", str(PACKAGE / "problems/bar_fixed_ends.py"))
+    assert outcome.code == 0, outcome.out
+    assert outcome.out.startswith("problem bar_fixed_ends\n")
