@@ -23,6 +23,7 @@ VERBS = {
     "merge": ("mpmbench.runs.merge:main", "TARGET A B...", "results of several machines in one folder"),
     "rerun": ("mpmbench.runs.rerun:main", "FILE.nc", "run again from a result file: is the same the result?"),
     "check": ("mpmbench.runs.check:main", "FILE.py", "does a plug-in keep its contract? a scorecard"),
+    "export": ("mpmbench.runs.export:main", "RESULT --vtk|--csv", "particles for ParaView, or everything as CSV"),
     "warmup": ("mpmbench.runs.warmup:main", "[KEY=VALUE...]", "compile the kernels that a sweep needs beforehand"),
 }
 
