@@ -18,19 +18,20 @@ COSTS = ("solver_time", "compile_time", "wall_time", "peak_memory")
 
 @dataclass(frozen=True)
 class Cell:
-    """A value of a table and the result files it was computed from."""
+    """A value of a table, the result files it was computed from, and how many of its digits are shown."""
 
     value: Any = ""
     files: tuple[str, ...] = ()
+    digits: int = 3
 
     @property
     def text(self) -> str:
-        """Three significant digits for numbers; all digits are in the CSV."""
+        """The leading digits of numbers; all of them are in the CSV."""
         if isinstance(self.value, (float, np.floating)):
             if not np.isfinite(self.value):
                 return ""
             number = float(self.value)
-            return str(int(number)) if number.is_integer() and abs(number) < 1e7 else f"{number:.3g}"
+            return str(int(number)) if number.is_integer() and abs(number) < 1e7 else f"{number:.{self.digits}g}"
         return str(self.value)
 
 

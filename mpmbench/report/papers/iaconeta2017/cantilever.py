@@ -3,7 +3,16 @@
 import numpy as np
 
 from mpmbench.report import style
-from mpmbench.report.papers.iaconeta2017.support import METHODS, history, look, panels, particles, ratio, single
+from mpmbench.report.papers.iaconeta2017.support import (
+    METHODS,
+    history,
+    look,
+    panels,
+    particles,
+    ratio,
+    single,
+    with_digits,
+)
 from mpmbench.report.papers.parts import Campaigns, Chapter, cell
 from mpmbench.report.tables import Cell, Table
 
@@ -30,7 +39,7 @@ def fields_chapter(campaigns: Campaigns) -> Chapter:
         rows.append(
             [
                 Cell(name),
-                cell(campaigns, "fields", "tip_deflection", **match),
+                with_digits(7, cell(campaigns, "fields", "tip_deflection", **match)),
                 Cell(float(stress.min() / 1e6), (file,)),
                 Cell(float(stress.max() / 1e6), (file,)),
             ]
@@ -64,7 +73,7 @@ def fig7_chapter(campaigns: Campaigns) -> Chapter:
         axes.loglog([n / 8.0 for n in SIZES], values, **look(name))
         files += [file for e in errors for file in e.files]
         deflections = [cell(campaigns, "fig7", "tip_deflection", resolution=n, **match) for n in SIZES]
-        rows.append([Cell(name), *deflections])
+        rows.append([Cell(name), *(with_digits(7, found) for found in deflections)])
     axes.loglog([2.0, 16.0], [0.2, 0.2 / 64.0], color="#888888", lw=0.8, label="slope 2")
     axes.set_xlabel("1 / h [1/m]")
     axes.set_ylabel("relative error of the deflection")
@@ -109,6 +118,8 @@ def radius_chapter(campaigns: Campaigns) -> Chapter:
                     points.append((radius, error.value, seconds.value))
                     files += error.files
                     rows.append([Cell(name), Cell(f"{radius:.3g}"), Cell(f"{8.0 / n:g}"), error, seconds])
+                if not points:
+                    continue
                 found = np.array(points, dtype=float)
                 axes[0, column].loglog(found[:, 2] * 1e3, found[:, 1], marker, color=colours[name], label=name, ls="-")
                 for radius, error_value, seconds_value in points:
@@ -158,7 +169,8 @@ def load_steps_chapter(campaigns: Campaigns) -> Chapter:
             style_of |= {"linestyle": ":", "markerfacecolor": "white"}
         axes.semilogx(STEPS, 100.0 * (values / values[0] - 1.0), **style_of)
         files += [file for c in found for file in c.files]
-        rows.append([Cell(label), *found, ratio(found[-1], found[0])])
+        shown = [*found, ratio(found[-1], found[0])]
+        rows.append([Cell(label), *(with_digits(6, one) for one in shown)])
     axes.set_xlabel("number of load steps")
     axes.set_ylabel("change of the deflection [%]")
     axes.set_xticks(STEPS, [str(n) for n in STEPS])

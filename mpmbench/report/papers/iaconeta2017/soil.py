@@ -39,6 +39,8 @@ def soil_chapter(campaigns: Campaigns) -> Chapter:
         "The paper: final configurations of MPM, GMM-LME and GMM-MLS are almost coincident, but not the equivalent "
         "plastic strains; in GMM the clouds must be repaired, MPM tracks large deformations without modification."
     )
+    if not any(_available(campaigns, name) for name in NAMES):
+        raise MissingRuns("there are no results of the experiment soil")
     _run_out(page, campaigns)
     for name in NAMES:
         _strains(page, campaigns, name)
@@ -160,7 +162,7 @@ def soil_check_chapter(campaigns: Campaigns) -> Chapter:
         rows.append(
             [
                 Cell(name),
-                *(Cell(energy, (file,)) for energy in energies),
+                *(Cell(energy, (file,), 4) for energy in energies),
                 cell(campaigns, "soil_check", "final_run_out", **match),
             ]
         )
@@ -169,7 +171,7 @@ def soil_check_chapter(campaigns: Campaigns) -> Chapter:
     axes.set_ylabel("kinetic energy [J]")
     axes.legend(fontsize=6)
     page.draw("energy", "Kinetic energy, implicit MPM", "h = 0.1 m, time step 2 ms.", figure, files)
-    rows.append([Cell("Kratos 10.4.4, a(0) = g"), *(Cell(energy) for _, energy in REFERENCE), Cell()])
+    rows.append([Cell("Kratos 10.4.4, a(0) = g"), *(Cell(energy, digits=4) for _, energy in REFERENCE), Cell()])
     columns = ["set-up", "energy at 0.05 s [J]", "energy at 0.10 s [J]", "run-out at 0.5 s [m]"]
     page.add(Table("energies", "Kinetic energies", columns, rows, numeric=(1, 2, 3)))
     return page

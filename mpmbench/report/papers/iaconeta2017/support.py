@@ -1,5 +1,6 @@
 """What the chapters and claims on Iaconeta et al. 2017 share: the paper's methods by name, and a few short cuts."""
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -73,6 +74,11 @@ def particles(axes: Axes, position: np.ndarray, values: np.ndarray, limits: tupl
     axes.set_aspect("equal")
     axes.grid(False)
     return dots
+
+
+def with_digits(digits: int, found: Cell) -> Cell:
+    """The same cell with more digits shown."""
+    return dataclasses.replace(found, digits=digits)
 
 
 def ratio(one: Cell, other: Cell) -> Cell:
