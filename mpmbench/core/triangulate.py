@@ -50,7 +50,7 @@ def triangulation(nodes: np.ndarray, volume: float | None) -> np.ndarray:
     """
     if nodes.shape[1] == 1:
         order = np.argsort(nodes[:, 0])
-        simplices = np.stack([order[:-1], order[1:]], axis=1)
+        simplices: np.ndarray = np.stack([order[:-1], order[1:]], axis=1)
     else:
         simplices = Delaunay(nodes).simplices
     size = volumes(nodes, simplices)

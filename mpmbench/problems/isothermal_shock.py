@@ -164,7 +164,9 @@ class IsothermalShock(Problem):
         fluid = state.material
         assert isinstance(fluid, NewtonianFluid)
         C, _ = self.speed_and_width(fluid)
-        h0 = float(state.geometry.spacing[0] if isinstance(state.geometry, Box) else state.geometry.spacing or 0.0)
+        geometry = state.geometry
+        assert geometry is not None
+        h0 = float(geometry.spacing[0] if isinstance(geometry, Box) else geometry.spacing or 0.0)
         h0 *= 1.0 - 2.0 * self.irregularity
         share = 1.0 if state.choices.mass == "lumped" else 0.5
 

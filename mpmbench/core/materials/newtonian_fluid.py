@@ -1,7 +1,7 @@
 """Compressible Newtonian fluid: ``sigma = p(J) I + 2 eta dev(d)`` (Li 2009, Eqs. 4.6-4.16).
 
-The pressure p is positive in tension, ``p(J) = K (J - 1/J) / 2``, from the energy ``A(J) = K (J^2 - 2 ln J - 1) / 4``. The
-rate of deformation ``d = sym(L)`` is that of the last step, half a step before the pressure.
+The pressure p is positive in tension, ``p(J) = K (J - 1/J) / 2``, from the energy ``A(J) = K (J^2 - 2 ln J - 1) / 4``.
+The rate of deformation ``d = sym(L)`` is that of the last step, half a step before the pressure.
 """
 
 from dataclasses import dataclass
