@@ -104,7 +104,7 @@ class EntropyBasis:
         """Take the metric from the deformation gradients of these particles from now on."""
         self._particles = particles
         solid = particles.material  # tracers are not strained: theirs is that of the nearest particle
-        self._nearest: np.ndarray = cKDTree(particles.X[solid]).query(particles.X[solid.stop :])[1]
+        self._nearest = np.asarray(cKDTree(particles.X[solid]).query(particles.X[solid.stop :])[1])
 
     def evaluate(self, x: np.ndarray) -> Stencils:
         """Values and gradients at any points `x` [m], shape (n, dim), in arrays of their own.
