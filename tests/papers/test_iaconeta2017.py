@@ -1,0 +1,92 @@
+"""The report on Iaconeta et al. 2017: verdicts follow from runs, experiments compose, pictures move."""
+
+import itertools
+
+import numpy as np
+import pytest
+import yaml
+
+from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, judge
+from mpmbench.report.papers import Campaigns, find, read_campaigns
+from mpmbench.report.papers.iaconeta2017 import soil
+from mpmbench.report.papers.iaconeta2017.support import METHODS
+from mpmbench.runs import case, compose, schema
+
+PAPER = "iaconeta2017"
+
+
+def verdict(name, folder):
+    claim = next(claim for claim in find(PAPER).claims if claim.name == name)
+    return judge(claim, read_campaigns(folder))
+
+
+def write_fig7(write_run, folder, order=2.0, mls=0.9):
+    """Errors that fall with an order, those of GMM-MLS a given part of the others."""
+    for name, match in METHODS.items():
+        for n in (16, 32, 64, 128):
+            error = (mls if name == "GMM-MLS" else 1.0) * 0.1 * (16 / n) ** order
+            write_run(
+                folder, match["method"], match["basis"], n, scalars={"error_tip": error},
+                settings={"problem": {"load_steps": 1}}, snapshot=False,
+            )  # fmt: skip
+
+
+def write_load_steps(write_run, folder, change):
+    for steps, deflection in ((1, -0.65), (50, -0.65 * (1.0 + change))):
+        settings = {"problem": {"load_steps": steps}, "method": {"ghost_stiffness": 0.0}}
+        scalars = {"tip_deflection": deflection}
+        write_run(folder, "implicit_mpm", "linear", 32, scalars=scalars, settings=settings, snapshot=False)
+
+
+def test_orders_decide(tmp_path, write_run):
+    write_fig7(write_run, tmp_path / "fig7")
+    assert verdict("quadratic", tmp_path).answer == HOLDS
+    write_fig7(write_run, tmp_path / "fig7", order=1.0)
+    found = verdict("quadratic", tmp_path)
+    assert found.answer == FAILS
+    assert "p = 1.00" in found.because
+
+
+def test_load_steps_make_the_coincidence_conditional(tmp_path, write_run):
+    write_fig7(write_run, tmp_path / "fig7")
+    write_load_steps(write_run, tmp_path / "load_steps", 0.012)
+    assert verdict("curves", tmp_path).answer == f"{HOLDS} when the load is applied in one step"
+    write_load_steps(write_run, tmp_path / "load_steps", 0.0)
+    assert verdict("curves", tmp_path).answer == HOLDS
+    write_fig7(write_run, tmp_path / "fig7", mls=0.3)
+    assert verdict("curves", tmp_path).answer == FAILS
+
+
+def test_without_runs_everything_waits(tmp_path):
+    for claim in find(PAPER).claims:
+        assert judge(claim, Campaigns()).answer == UNDECIDED
+
+
+def test_surface_and_moving_picture():
+    position = np.array([[0.05, 0.1], [0.07, 0.4], [0.15, 0.2], [0.45, 0.3]])
+    x, y = soil.surface(position, 0.1)
+    assert np.allclose(x, [0.05, 0.15, 0.45])
+    assert np.allclose(y, [0.4, 0.2, 0.3])
+    gif = soil.moving_picture(np.array([0.0, 1.0, 2.0]), np.stack([position] * 3), np.zeros((3, 4)))
+    assert gif.startswith(b"GIF89a")
+    assert gif.count(b"\x21\xf9\x04") >= 2  # frames
+
+
+def cells(name):
+    """Overrides of every run of an experiment."""
+    body = yaml.safe_load(schema.experiments()[name].read_text())
+    swept = body["hydra"]["sweeper"]["params"]
+    values = [[f"{key}={value}" for value in str(row).split(",")] for key, row in swept.items()]
+    for one in body["cases"]:
+        for combination in itertools.product(*values):
+            yield [f"experiments={name}", *one.split(), *combination]
+
+
+@pytest.mark.parametrize("name", [name for name in schema.experiments() if name.startswith(PAPER)])
+def test_experiments_apply(name):
+    """Every run of every experiment is one that can be run."""
+    found = compose.compose_many(list(cells(name)))
+    assert len(found) >= 1
+    for config, reason in found:
+        assert reason == ""
+        case.check(config)
