@@ -41,7 +41,9 @@ QUICK = [cell for cell in EVERY if cell[0] == "plate_axis_aligned" and cell[1] i
 
 @pytest.mark.parametrize(("problem", "method", "basis"), QUICK)
 def test_cells_of_the_explicit_benchmarks(problem: str, method: str, basis: str) -> None:
-    assert attempt(problem, method, basis) == "ok: "
+    outcome = attempt(problem, method, basis)
+    applies = registry.get("basis", basis).promises.partition_of_unity  # no Galerkin method can do without
+    assert outcome == "ok: " if applies else outcome.startswith("not applicable: "), outcome
 
 
 @pytest.mark.slow

@@ -169,7 +169,8 @@ def test_an_interrupted_sweep_is_completed_by_the_same_command(folder, plugins, 
         os.killpg(process.pid, sent)
     _, errors = process.communicate(timeout=20)
     assert process.returncode == 1
-    assert errors.strip() == "mpmbench: interrupted; the same command completes what is missing"
+    # other lines may say that it had to wait for another exclusive run on this machine
+    assert errors.strip().splitlines()[-1] == "mpmbench: interrupted; the same command completes what is missing"
     found = by_fault(folder)
     assert {fault: attributes["status"] for fault, (_, attributes) in found.items()} == {
         "none": "ok",
