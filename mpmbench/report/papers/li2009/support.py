@@ -1,0 +1,59 @@
+"""What the chapters and claims on Li 2009 share: names of its methods, the exact shock, and a few short cuts."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mpmbench.report import style
+from mpmbench.report.claims import Runs
+from mpmbench.report.papers.parts import Campaigns
+
+VELOCITY, DENSITY = "error_velocity_l2_max", "error_density_l1_max"
+LUMPED = {"mass": "lumped", "method__transfer": "nodal"}
+CONSISTENT = {"mass": "consistent", "method__transfer": "position_difference"}
+OTM = {"method": "otm", "basis": "lme"}
+SHOCK = {"rho": 1.0, "K": 1.0, "eta": 0.0025, "ahead": 1.0, "behind": 0.1}  # Table 4.1
+
+
+def variables(campaigns: Campaigns, campaign: str, *wanted: str, **match: Any) -> tuple[str, dict[str, np.ndarray]]:
+    """File of the one finished run that matches, and its variables.
+
+    Raises
+    ------
+    MissingRuns
+        When there is no such run, or it did not finish.
+    """
+    runs = Runs(campaigns)
+    runs.number(campaign, "steps", **match)
+    file = runs.evidence[-1].files[0]
+    return file, campaigns[campaign].variables(file, wanted)
+
+
+def exact_shock(X: np.ndarray, t: float) -> dict[str, np.ndarray]:
+    """Displacement [m], velocity [m/s], density [kg/m3] and acceleration [m/s2] of Li 2009, Eq. 4.23, with + log 2."""
+    K, rho, ahead, behind = SHOCK["K"], SHOCK["rho"], SHOCK["ahead"], SHOCK["behind"]
+    C = np.sqrt(0.5 * K / rho * (1.0 + 1.0 / (ahead * behind)))
+    L = 8.0 * SHOCK["eta"] * C * ahead * behind / (3.0 * K * (ahead - behind))
+    s = (X - C * t) / (2.0 * L)
+    J = 0.5 * (ahead + behind) + 0.5 * (ahead - behind) * np.tanh(s)
+    log_2cosh = np.abs(s) + np.log1p(np.exp(-2.0 * np.abs(s)))
+    return {
+        "displacement": (0.5 * (ahead + behind) - 1.0) * (X - C * t) + L * (ahead - behind) * log_2cosh,
+        "velocity": C * (1.0 - J),
+        "density": rho / J,
+        "acceleration": C * C * 0.25 * (ahead - behind) / L / np.cosh(np.clip(s, -300.0, 300.0)) ** 2,
+    }
+
+
+def panels(rows: int, columns: int, height: float = 1.6, **kwargs: Any) -> tuple[Figure, np.ndarray]:
+    """A figure two columns wide with panels."""
+    figure = Figure(figsize=(2 * style.COLUMN, 0.3 + height * rows), layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False, **kwargs)
+
+
+def single(height: float = 2.6, width: float = style.COLUMN) -> tuple[Figure, Axes]:
+    """A figure with one panel."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    return figure, figure.add_subplot()
