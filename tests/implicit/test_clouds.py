@@ -90,6 +90,10 @@ def test_failing_clouds_take_in_more_nodes() -> None:
     assert basis.repaired == 1
     assert basis.handle.size[0] > basis.handle.size[1] == 4
     assert np.allclose(basis.handle.matrix(8) @ nodes, x, atol=1e-9)
+    almost_outside = np.array([[0.1 - 1e-10, 0.05]])  # of its four nearest nodes: functions exist, gradients are huge
+    stored = basis.evaluate(almost_outside)
+    assert stored.size[0] > 4
+    assert np.abs(stored.grad_phi).max() < 100.0 / 0.1
     with pytest.raises(BrokeDown, match="no functions at point 0"):
         basis.evaluate(np.array([[5.0, 5.0]]))
 

@@ -31,12 +31,12 @@ def run(problem: str, method: str, basis: str = "linear", **changes: Any) -> xr.
     return case.solve(compose(problem, method, basis, **changes))
 
 
-def free_block(method: str, gravity: float, choices: Choices | None = None) -> State:
+def free_block(method: str, gravity: float, choices: Choices | None = None, tracers: np.ndarray | None = None) -> State:
     """A soft block that stretches and turns, with nothing to hold it."""
     body = Box((0.0, 0.0), (1.0, 0.5), (8, 4))
     X, V0 = seed_cells(body, 4, "gauss")
     material = NeoHookean(young_modulus=1e4, poisson_ratio=0.3, density=1000.0)
-    particles = Particles.at_rest(X, V0, material.density)
+    particles = Particles.at_rest(X, V0, material.density, tracers)
 
     def velocity(x: np.ndarray) -> np.ndarray:
         return np.stack([0.5 * (x[:, 0] - 0.5) - 0.8 * (x[:, 1] - 0.25), 0.8 * (x[:, 0] - 0.5)], axis=1) + 0.1
@@ -44,7 +44,7 @@ def free_block(method: str, gravity: float, choices: Choices | None = None) -> S
     def weight(X: np.ndarray, t: float, b: np.ndarray) -> None:
         b[:] = [0.0, -gravity]
 
-    particles.v[:] = velocity(X)
+    particles.v[:] = velocity(particles.X)
     particles.a[:] = [0.0, -gravity]
     geometry = body if method != "implicit_mpm" else Box((-1.0, -2.0), (2.0, 1.5), (24, 28))
     basis = MovingLeastSquares() if method == "gmm" else Linear()
@@ -68,6 +68,16 @@ def test_momentum_balance_of_a_free_body(method: str) -> None:
     change = p.m @ p.v - before
     assert change == pytest.approx([0.0, -gravity * mass * dt * steps], abs=1e-5 * gravity * mass)
     assert np.abs(p.F - np.eye(2)).max() > 0.05  # it did deform
+
+
+def test_tracers_in_empty_cells_are_carried() -> None:
+    """A massless point beyond the body turns and moves with it, though no particle is in its cell."""
+    state = free_block("implicit_mpm", 0.0, tracers=np.array([[1.15, 0.25]]))
+    state.particles.v[:] = 0.2 * np.stack([0.25 - state.particles.X[:, 1], state.particles.X[:, 0] - 0.5], axis=1)
+    assert simulate(state, 0.01, 0.2).status == "ok"
+    turned = 0.2 * 0.2
+    moved = state.particles.x[-1] - state.particles.X[-1]
+    assert moved == pytest.approx([0.65 * (np.cos(turned) - 1.0), 0.65 * np.sin(turned)], abs=3e-3)
 
 
 def test_energy_of_finite_elements_is_kept() -> None:

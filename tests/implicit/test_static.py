@@ -11,6 +11,7 @@ from mpmbench.core.errors import NotApplicable
 from mpmbench.core.implicit import linear
 from mpmbench.core.implicit.newton import Equations
 from mpmbench.core.implicit.step import external_force, prepare
+from mpmbench.core.simulation import simulate
 from mpmbench.runs import case
 from tests.core.support import compose
 
@@ -106,6 +107,25 @@ def test_ways_to_hold_the_clamp_agree_where_they_should() -> None:
         case.check(compose("cantilever_self_weight", "gmm", "mls", basis__relative_radius=2.0))
     wide = cantilever("gmm", "mls", basis__relative_radius=2.0, method__dirichlet="multipliers", resolution=64)
     assert float(wide.error_tip) < 4e-4
+
+
+def test_multipliers_hold_the_points_and_not_the_nodes() -> None:
+    """With a wide support ``sum_I N_I(x_d) u_I`` vanishes, and the coefficients of the nodes there do not."""
+    config = compose(
+        "cantilever_self_weight",
+        "gmm",
+        "mls",
+        basis__relative_radius=2.5,
+        method__dirichlet="multipliers",
+        resolution=16,
+    )
+    state = case.build(case.read(config))
+    assert simulate(state, 1.0, 1.0).status == "ok"
+    clamp = np.flatnonzero(state.fixed.any(axis=1))
+    held = state.workspace.held
+    assert np.abs(held.u).max() < 1e-12
+    assert np.abs(held.x - state.initial_nodes[clamp]).max() < 1e-12
+    assert np.abs(state.basis.nodes - state.initial_nodes)[clamp].max() > 1e-4
 
 
 @pytest.mark.parametrize(("method", "basis"), REFERENCE)
