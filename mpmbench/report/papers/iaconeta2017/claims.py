@@ -81,7 +81,11 @@ def contact(runs: Runs) -> Answer:
         here = {"problem__gap": 0.0, **METHODS[name]}
         status = runs.status("glued", **here)
         stuck[name] = runs.number("glued", "error_end_relative", **here) if status == "ok" else status
-    free = [runs.number("table1", "error_end_relative", time_step=2e-3, **match) for match in ROWS.values()]
+    free = [
+        runs.number("table1", "error_end_relative", time_step=2e-3, **match)
+        for name, match in ROWS.items()
+        if name != "GMM-MLS"
+    ]
     rising = runs.number("glued", "error_end_relative", problem__diagonal="rising")
     because = (
         "a disk that touches the plane at the start: "
@@ -98,59 +102,58 @@ def contact(runs: Runs) -> Answer:
     return (f"{HOLDS} when the disk starts above the plane" if held else HOLDS), because
 
 
+def _table1(runs: Runs, quantity: str) -> dict[str, list[float]]:
+    """A quantity of Table 1 by rows, for 4, 2 and 1 ms; nan for runs that did not finish."""
+    found: dict[str, list[float]] = {}
+    for name, match in ROWS.items():
+        for dt in STEPS:
+            here = {**match, "time_step": dt}
+            done = runs.status("table1", **here) == "ok"
+            found.setdefault(name, []).append(runs.number("table1", quantity, **here) if done else np.nan)
+    return found
+
+
+def _rows(found: dict[str, list[float]]) -> str:
+    return "; ".join(
+        f"{name} " + ", ".join("failed" if np.isnan(value) else f"{value:.3g}" for value in row)
+        for name, row in found.items()
+    )
+
+
 def gmm_more_accurate(runs: Runs) -> Answer:
     """Root mean square errors of Table 1."""
-    errors = {
-        n: [runs.number("table1", "error_centre_rms", time_step=dt, **m) for dt in STEPS] for n, m in ROWS.items()
-    }
-    better = sum(
-        error < of_mpm
-        for name, row in errors.items()
-        if name != "MPM"
-        for error, of_mpm in zip(row, errors["MPM"], strict=True)
-    )
-    total = (len(ROWS) - 1) * len(STEPS)
-    rows = "; ".join(f"{name} " + ", ".join(f"{e:.3g}" for e in row) for name, row in errors.items())
-    because = f"GMM has the smaller RMS error in {better} of {total} cases [m, for 4, 2 and 1 ms]: {rows}"
+    errors = _table1(runs, "error_centre_rms")
+    others = [np.array(row) < np.array(errors["MPM"]) for name, row in errors.items() if name != "MPM"]
+    better, total = int(np.sum(others)), int(np.size(others))
+    because = f"GMM has the smaller RMS error in {better} of {total} cases [m, for 4, 2 and 1 ms]: {_rows(errors)}"
     return (HOLDS if better == total else FAILS), because
 
 
 def lme_before_mls(runs: Runs) -> Answer:
-    """Root mean square errors of GMM-LME and GMM-MLS."""
-    pairs = [
-        (
-            runs.number("table1", "error_centre_rms", time_step=dt, **match),
-            runs.number("table1", "error_centre_rms", time_step=dt, **ROWS["GMM-MLS"]),
-        )
-        for name, match in ROWS.items()
-        if "LME" in name
-        for dt in STEPS
-    ]
-    better = sum(lme < mls for lme, mls in pairs)
-    quotients = [lme / mls for lme, mls in pairs]
+    """Root mean square errors of GMM-LME against GMM-MLS with a weight that vanishes at the search radius."""
+    errors = {name: np.array(row) for name, row in _table1(runs, "error_centre_rms").items()}
+    mls = errors["GMM-MLS, R_eff = R / 2"]
+    quotients = np.concatenate([row / mls for name, row in errors.items() if "LME" in name])
+    failed = int(np.isnan(errors["GMM-MLS"]).sum())
+    better = int(np.sum(quotients < 1.0))
     because = (
-        f"GMM-LME has the smaller RMS error in {better} of {len(pairs)} cases, {min(quotients):.2f} to "
-        f"{max(quotients):.2f} times that of GMM-MLS"
+        f"GMM-LME has the smaller RMS error in {better} of {len(quotients)} cases, {np.nanmin(quotients):.2f} to "
+        f"{np.nanmax(quotients):.2f} times that of GMM-MLS with R_eff = R / 2; as published, {failed} of "
+        f"{len(STEPS)} runs of GMM-MLS fail"
     )
-    return (HOLDS if better == len(pairs) else FAILS), because
+    return (HOLDS if better == len(quotients) else FAILS), because
 
 
 def gmm_costs_more(runs: Runs) -> Answer:
     """Solver times of Table 1."""
-    mpm = {dt: runs.number("table1", "solver_time", time_step=dt, **ROWS["MPM"]) for dt in STEPS}
-    over = np.array(
-        [
-            runs.number("table1", "solver_time", time_step=dt, **match) / mpm[dt] - 1.0
-            for name, match in ROWS.items()
-            if name != "MPM"
-            for dt in STEPS
-        ]
-    )
+    times = {name: np.array(row) for name, row in _table1(runs, "solver_time").items()}
+    over = np.concatenate([row / times["MPM"] - 1.0 for name, row in times.items() if name != "MPM"])
+    low, high = float(np.nanmin(over)), float(np.nanmax(over))
     because = (
-        f"GMM takes {100.0 * over.min():.0f} % to {100.0 * over.max():.0f} % more time than MPM here, where only "
-        "active nodes enter the system; Table 1 itself gives -3 % to +14 %"
+        f"GMM takes {100.0 * low:.0f} % to {100.0 * high:.0f} % more time than MPM here, where only active nodes enter "
+        "the system; Table 1 itself gives -3 % to +14 %"
     )
-    return (HOLDS if over.min() > 0.05 and over.max() < 0.2 else FAILS), because
+    return (HOLDS if low > 0.05 and high < 0.2 else FAILS), because
 
 
 def coincident_columns(runs: Runs) -> Answer:

@@ -10,7 +10,8 @@ from mpmbench.report.tables import Cell, Table
 STEPS = (4e-3, 2e-3, 1e-3)
 ROWS: dict[str, dict[str, object]] = {
     "MPM": {"method": "implicit_mpm"},
-    "GMM-MLS": {"method": "gmm", "basis": "mls"},
+    "GMM-MLS": {"method": "gmm", "basis": "mls", "basis__effective_radius": 2.0 / 3.0},
+    "GMM-MLS, R_eff = R / 2": {"method": "gmm", "basis": "mls", "basis__effective_radius": 0.5},
     "GMM-LME, gamma = 0.8": {"method": "gmm", "basis": "lme", "basis__gamma": 0.8},
     "GMM-LME, gamma = 1.8": {"method": "gmm", "basis": "lme", "basis__gamma": 1.8},
     "GMM-LME, gamma = 2.8": {"method": "gmm", "basis": "lme", "basis__gamma": 2.8},
@@ -59,19 +60,25 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
                 over = Cell(seconds.value / mpm.value, seconds.files + mpm.files)
             quantities = ("error_sum", "error_centre_rms", "error_end_relative", "bounce_height")
             found = [cell(campaigns, "table1", quantity, **here) for quantity in quantities]
-            error, printed = PRINTED[name][k]
-            rows.append(
-                [Cell(name), Cell(dt), *found, seconds, over, Cell(error), Cell(printed / PRINTED["MPM"][k][1])]
-            )
+            printed = [Cell(), Cell()]
+            if name in PRINTED:
+                error, time = PRINTED[name][k]
+                printed = [Cell(error), Cell(time / PRINTED["MPM"][k][1])]
+            rows.append([Cell(name), Cell(dt), *found, seconds, over, *printed])
+    page.notes.append(
+        "The published weight of the moving least squares reaches beyond the search radius and is cut off there, so that "
+        "the functions jump whenever a node comes or goes; on contact that makes energy out of nothing. With "
+        "R_eff = R / 2 it vanishes at the search radius, and all runs finish."
+    )
     note = "The sum of Eq. 67 grows with the number of samples; the other errors do not."
     page.add(Table("all", "Errors and times", columns, rows, numeric=tuple(range(1, 10)), note=note))
     figure, axes = panels(1, 2, 2.8)
     files = []
-    for name, marker in (("MPM", None), ("GMM-MLS", None), ("GMM-LME, gamma = 1.8", None)):
+    for name in ("MPM", "GMM-MLS, R_eff = R / 2", "GMM-LME, gamma = 1.8"):
         wanted = ("time", "centre_displacement", "centre_displacement_exact", "centre_rise")
         file, found_run = history(campaigns, "table1", *wanted, **ROWS[name], time_step=2e-3)
         files.append(file)
-        line = look(name.split(",")[0]) | {"marker": marker}
+        line = look(name.split(",")[0]) | {"marker": None, "label": name}
         error_along = found_run["centre_displacement"] - found_run["centre_displacement_exact"]
         axes[0, 0].plot(found_run["time"], error_along, **line)
         axes[0, 1].plot(found_run["time"], found_run["centre_rise"], **line)
@@ -88,7 +95,7 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
             cell(campaigns, "rolling_fine", quantity, **ROWS[name])
             for quantity in ("error_end_relative", "error_centre_rms", "bounce_height", "solver_time")
         ]
-        for name in ("MPM", "GMM-MLS")
+        for name in ("MPM", "GMM-MLS, R_eff = R / 2")
     ]
     fine.append(
         [Cell("GMM-LME, gamma = 1.8")]
