@@ -66,7 +66,7 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
                 printed = [Cell(error), Cell(time / PRINTED["MPM"][k][1])]
             rows.append([Cell(name), Cell(dt), *found, seconds, over, *printed])
     page.notes.append(
-        "The published weight of the moving least squares reaches beyond the search radius and is cut off there, so that "
+        "The published weight of moving least squares reaches beyond the search radius and is cut off there, so that "
         "the functions jump whenever a node comes or goes; on contact that makes energy out of nothing. With "
         "R_eff = R / 2 it vanishes at the search radius, and all runs finish."
     )
