@@ -67,6 +67,8 @@ def read(config: Config) -> Case:
     getattr(step, "check", lambda _: None)(choices)
     getattr(step, "check_basis", lambda _: None)(case.basis_name)
     getattr(case.basis, "check", lambda *_: None)(choices, problem.touches_fixed_nodes)
+    if choices.ghost_stiffness > 0.0 and not getattr(case.basis, "background_grid", False):
+        raise NotApplicable(f"method.ghost_stiffness > 0 needs a background grid, and basis={case.basis_name} has none")
     needs = getattr(step, "needs", None)
     if needs is not None and not has_version(needs, type(case.material.law)):
         name = config["material"]["name"]

@@ -24,6 +24,7 @@ class BSpline:
 
     degree: int = 2
     promises: ClassVar[Promises] = Promises(kronecker="hull", grid=True)
+    background_grid: ClassVar[bool] = True  # its cells can carry ghost stiffness
 
     def __post_init__(self) -> None:
         require(self.degree in (1, 2, 3), "degree", self.degree, "1, 2 or 3")

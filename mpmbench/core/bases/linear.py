@@ -21,6 +21,7 @@ class Linear:
     """Settings of the linear basis: there are none."""
 
     promises: ClassVar[Promises] = Promises(kronecker="everywhere", continuous_gradient=False)
+    background_grid: ClassVar[bool] = True  # its cells can carry ghost stiffness
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> Basis:
         if not isinstance(geometry, Box):
