@@ -1,12 +1,13 @@
 """Set up before anything imports numba: kernels compiled by the tests and by the program share one cache."""
 
+import atexit
 import os
-import signal
+import shutil
+import tempfile
 
 from mpmbench.runs.environment import prepare
 
-# A shell that runs the tests in the background makes them ignore interrupts, and with them the programs they start.
-signal.signal(signal.SIGINT, signal.default_int_handler)
-
-
 prepare(os.environ)
+# Turns are taken among the runs of the tests, not with campaigns that happen to run on this machine.
+os.environ["XDG_RUNTIME_DIR"] = tempfile.mkdtemp(prefix="mpmbench-tests-")
+atexit.register(shutil.rmtree, os.environ["XDG_RUNTIME_DIR"], ignore_errors=True)

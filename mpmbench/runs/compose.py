@@ -23,6 +23,7 @@ from omegaconf import DictConfig, OmegaConf, open_dict
 from omegaconf.errors import OmegaConfBaseException
 
 from mpmbench.runs import launchers, settings, sweep
+from mpmbench.runs.quick import Composer
 from mpmbench.runs.schema import (
     GROUPS,
     BadInput,
@@ -118,7 +119,10 @@ def plan_batch(self: Any, batch: list[list[str]]) -> None:
             raise BadInput("hydra.sweeper.max_batch_size: a sweep is checked as a whole before it runs; leave it out")
         loader = self.hydra_context.config_loader
         combinations = [cell for overrides in batch for cell in expand_cases(self.config, list(overrides))]
-        sweeping.plan = sweep.make_plan(combinations, lambda overrides: compose_cell(loader, self.config, overrides))
+        composer = Composer(lambda choices: loader.load_sweep_config(self.config, choices))
+        sweeping.plan = sweep.make_plan(
+            combinations, lambda cell: composer.cell(cell) or compose_cell(loader, self.config, cell)
+        )
         launchers.prepare(self.launcher, self.config, sweeping.plan, sweeping.only_plan)
         sweeping.announce(sweeping.plan)
         if sweeping.only_plan:
@@ -245,8 +249,8 @@ def compose_many(combinations: Sequence[Sequence[str]]) -> list[tuple[dict[str, 
 
     def action() -> list[tuple[dict[str, Any], str]]:
         with hydra.initialize_config_dir(str(shipped_folder("conf")), version_base="1.3"):
-            composed = [hydra.compose("config", list(pairs), return_hydra_config=True) for pairs in combinations]
-        return [resolved(one) for one in composed]
+            composer = Composer(lambda pairs: hydra.compose("config", pairs, return_hydra_config=True))
+            return [composer.cell(pairs) or resolved(composer.compose(list(pairs))) for pairs in combinations]
 
     done: list[tuple[dict[str, Any], str]] = with_hydra(action, [pair for pairs in combinations for pair in pairs])
     return done

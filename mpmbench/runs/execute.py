@@ -128,12 +128,12 @@ def run(
     """
     target = result_path(config)
     limits = limits_of(config)
-    with turn(alone):
+    with turn(alone) as began:
         on_start()
         known = attributes(config) | {"timing_context": "exclusive" if alone else "shared"}
         started = time.perf_counter()
         try:
-            request = ("run", config, known, str(target), list(solver_times))
+            request = ("run", config, known, str(target), began, list(solver_times))
             return _record(target, isolation.ask(*request, limits=limits, on_progress=on_progress), started)
         except isolation.Ended as end:
             known |= {"status": end.status, "reason": end.reason}

@@ -116,7 +116,8 @@ def repeat_timings(ledger: Ledger) -> None:
     plan = compose.sweeping.plan
     single = [compose.sweeping.single] if compose.sweeping.single else []
     configs = [cell.config for cell in plan.to_run] if plan else single
-    while True:
+    most = max((2 * config["repeats"] for config in configs), default=0)  # others may come in between
+    for _ in range(most):
         records = ledger.records()
         due = [
             (config, record)

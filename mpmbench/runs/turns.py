@@ -1,57 +1,90 @@
 """Whose turn it is on this machine: runs that are timed wait until no other run of this user is under way.
 
 Two locked files: a run holds the first while it waits, so that an exclusive one is not overtaken for ever, and the
-second while it computes, shared or alone. The system releases them when a process dies.
+second while it computes, shared or alone. The system releases them when a process dies. A run that is not timed waits
+for a while only, since the other may have been suspended; it then leaves a mark, and that timing does not count.
 """
 
 import fcntl
 import os
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import IO
 
-PATIENCE = 2.0  # seconds of waiting before it is said
+SAY_AFTER = 2.0  # seconds of waiting before it is said
+WAIT_FOR_TIMED = 60.0  # seconds that a run which is not timed waits
+LOOK_EVERY = 0.02  # seconds
+
+
+def folder() -> Path:
+    """Where the locks are: for each user of each machine."""
+    runtime = Path(os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir())
+    place = (runtime if runtime.is_dir() else Path(tempfile.gettempdir())) / f"mpmbench-{os.getuid()}"
+    place.mkdir(exist_ok=True)
+    return place
+
+
+_said = False
 
 
 @contextmanager
-def turn(alone: bool) -> Iterator[None]:
-    """Wait until the machine is free: of all other runs when `alone`, else of runs that are."""
-    folder = Path(tempfile.gettempdir(), f"mpmbench-{os.getuid()}")
-    folder.mkdir(exist_ok=True)
-    with open(folder / "waiting", "w") as gate, open(folder / "computing", "w") as machine:
-        announcement = threading.Timer(PATIENCE, _say)
-        announcement.start()
-        try:
-            fcntl.flock(gate, fcntl.LOCK_EX)
-            fcntl.flock(machine, fcntl.LOCK_EX if alone else fcntl.LOCK_SH)
-            fcntl.flock(gate, fcntl.LOCK_UN)
-        finally:
-            announcement.cancel()
-        yield
+def turn(alone: bool) -> Iterator[float]:
+    """Wait until the machine is free: of all other runs when `alone`, else of runs that are.
+
+    Yields
+    ------
+    float
+        When it came, for `undisturbed_since`.
+    """
+    place = folder()
+    began = time.monotonic()
+    patience = float("inf") if alone else WAIT_FOR_TIMED
+    with open(place / "waiting", "a") as gate, open(place / "computing", "a") as machine:
+        wait_for(gate, fcntl.LOCK_EX, began, patience)
+        if not wait_for(machine, fcntl.LOCK_EX if alone else fcntl.LOCK_SH, began, patience):
+            (place / "intruded").touch()
+        fcntl.flock(gate, fcntl.LOCK_UN)
+        yield time.time()
 
 
-@contextmanager
-def slot(folder: Path, number: int) -> Iterator[None]:
-    """Wait until fewer than `number` processes hold a slot in `folder`: for a launcher that starts all jobs at once."""
-    with ExitStack() as stack:
-        files = [stack.enter_context(open(folder / f"slot{k}", "w")) for k in range(number)]
-        while not any(_locked(file) for file in files):
-            time.sleep(0.05)
-        yield
+def undisturbed_since(started: float) -> bool:
+    """Whether no other run has come in since the turn of a run that is alone began."""
+    mark = folder() / "intruded"
+    return not mark.exists() or mark.stat().st_mtime < started
 
 
-def _locked(file: IO[str]) -> bool:
+def wait_for(file: IO[str], kind: int, began: float, patience: float) -> bool:
+    """Lock a file; says so, once, when that takes long, and gives up in the end."""
+    global _said
+    while not locked(file, kind):
+        waited = time.monotonic() - began
+        if waited > patience:
+            return False
+        if waited > SAY_AFTER and not _said:
+            _said = True
+            print("waiting for other runs of mpmbench on this machine (timing=exclusive)", file=sys.stderr, flush=True)
+        time.sleep(LOOK_EVERY)
+    return True
+
+
+def locked(file: IO[str], kind: int) -> bool:
+    """Whether a file could be locked at once."""
     try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(file, kind | fcntl.LOCK_NB)
         return True
     except BlockingIOError:
         return False
 
 
-def _say() -> None:
-    print("waiting for other runs of mpmbench on this machine (timing=exclusive)", file=sys.stderr, flush=True)
+@contextmanager
+def slot(place: Path, number: int) -> Iterator[None]:
+    """Wait until fewer than `number` processes hold a slot in a folder: for a launcher that starts all jobs at once."""
+    with ExitStack() as stack:
+        files = [stack.enter_context((place / f"slot{k}").open("w")) for k in range(number)]
+        while not any(locked(file, fcntl.LOCK_EX) for file in files):
+            time.sleep(LOOK_EVERY)
+        yield

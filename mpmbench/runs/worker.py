@@ -14,6 +14,7 @@ import xarray as xr
 from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.runs import case, result
 from mpmbench.runs.provenance import library_versions
+from mpmbench.runs.turns import undisturbed_since
 
 LONGEST_REASON = 200  # characters; the file keeps the whole traceback
 REPORT_EVERY = 0.02  # seconds between two progress messages
@@ -54,11 +55,13 @@ def run(
     config: dict[str, Any],
     attributes: dict[str, Any],
     target: str,
+    began: float,
     earlier_times: list[float],
 ) -> dict[str, Any]:
     """Run one case and write its file; returns status, reason and scalars.
 
-    A run that has the machine to itself keeps the solver times [s] of all its repeats; their median is the solver time.
+    A run that has the machine to itself, since its turn `began`, keeps the solver times [s] of all its repeats; their
+    median is the solver time.
     """
     started = time.perf_counter()
     forget_peak_memory()
@@ -67,9 +70,11 @@ def run(
     dataset["wall_time"] = ((), seconds, {"units": "s", "long_name": "wall-clock time of the run"})
     dataset["peak_memory"] = ((), peak_memory(), {"units": "MiB", "long_name": "peak resident memory of the process"})
     if dataset.attrs["status"] == "ok" and attributes["timing_context"] == "exclusive":
-        times = [*earlier_times, float(dataset["solver_time"])]
-        dataset["solver_time"] = dataset["solver_time"].copy(data=np.median(times))
-        dataset.attrs["solver_times"] = times
+        times = [*earlier_times, *([float(dataset["solver_time"])] if undisturbed_since(began) else [])]
+        dataset.attrs["timing_context"] = "exclusive" if times else "shared"
+        if times:
+            dataset["solver_time"] = dataset["solver_time"].copy(data=np.median(times))
+            dataset.attrs["solver_times"] = times
     return finish(dataset, attributes, target)
 
 

@@ -1,0 +1,78 @@
+"""Compositions that share their choice of options: Hydra composes each choice once, and values are put in by us.
+
+Hydra takes 0.13 s for a composition, nearly all of it for the lists of defaults. What is not simple is left to it.
+"""
+
+import copy
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override
+from omegaconf import DictConfig, OmegaConf
+
+from mpmbench.runs import settings
+from mpmbench.runs.schema import GROUPS, experiments, read_yaml
+
+Resolved = tuple[dict[str, Any], str]
+
+
+class Composer:
+    """Composes many cells.
+
+    Parameters
+    ----------
+    compose : callable
+        Hydra's composition of a list of overrides, its ``hydra`` part included.
+    """
+
+    def __init__(self, compose: Callable[[list[str]], DictConfig]) -> None:
+        self.compose = compose
+        self.known: dict[tuple[str, ...], tuple[DictConfig, dict[str, Any], bool]] = {}
+        self.parser = OverridesParser.create()
+
+    def cell(self, overrides: Sequence[str]) -> Resolved | None:
+        """Plain configuration of a cell and why it does not apply, if so; None when Hydra itself has to be asked."""
+        choices, values = self.split(overrides)
+        composed, plain, simple = self.composed(choices)
+        if not simple or any(text.startswith("~") or "${" in text for text in values):
+            return None
+        config = copy.deepcopy(plain)
+        for override in self.parser.parse_overrides(values):
+            if not put(config, override):
+                return None
+        experiment = composed.hydra.runtime.choices.get("experiments")
+        body = read_yaml(experiments()[experiment]) if experiment in experiments() else {}
+        before: Any = OmegaConf.to_container(composed.hydra.overrides.task, resolve=False)
+        given = {text.partition("=")[0] for text in [*before, *values]} | set(settings.dotted(body))
+        return settings.fill(config, given, experiment)
+
+    def split(self, overrides: Sequence[str]) -> tuple[list[str], list[str]]:
+        """Choices of options, and all else."""
+        choices = [text for text in overrides if text.partition("=")[0] in (*GROUPS, "experiments")]
+        return choices, [text for text in overrides if text not in choices]
+
+    def composed(self, choices: list[str]) -> tuple[DictConfig, dict[str, Any], bool]:
+        """What Hydra makes of a choice, the same as plain dictionaries, and whether these are all there is to it."""
+        key = tuple(choices)
+        if key not in self.known:
+            whole = self.compose(choices)
+            task = OmegaConf.masked_copy(whole, [str(name) for name in whole if name != "hydra"])
+            plain: Any = OmegaConf.to_container(task, resolve=False)
+            self.known[key] = whole, plain, "${" not in str(plain)
+        return self.known[key]
+
+
+def put(config: dict[str, Any], override: Override) -> bool:
+    """Set one value; False when the key is not there, or when the value is not a plain one."""
+    *groups, name = override.key_or_group.split(".")
+    target: Any = config
+    for group in groups:
+        target = target.get(group) if isinstance(target, dict) else None
+    value = override.value()
+    if override.is_sweep_override() or not isinstance(target, dict) or name not in target:
+        return False
+    if isinstance(value, dict) or isinstance(target[name], dict) or override.package is not None:
+        return False
+    target[name] = value
+    return True
