@@ -78,8 +78,12 @@ class IsothermalShock(Problem):
             raise NotApplicable("the shock is an exact solution for material=newtonian_fluid")
         if not (choices.moving or choices.frozen):
             raise NotApplicable("the end that drives the shock moves: method.nodes=moving is needed")
-        if choices.time != "explicit":
-            raise NotApplicable(f"method.time={choices.time}: implicit methods have no viscous tangent here")
+        if choices.time not in ("explicit", "sph"):
+            raise NotApplicable(
+                f"method.time={choices.time}: the tangent of a viscous fluid is not there, only explicit is"
+            )
+        if choices.time == "sph" and self.particle_layout != "nodes":
+            raise NotApplicable("method=sph has no nodes of its own: set problem.particle_layout=nodes")
 
     # geometry
 

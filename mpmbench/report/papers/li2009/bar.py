@@ -7,7 +7,7 @@ from matplotlib.colors import LogNorm
 
 from mpmbench.report import style
 from mpmbench.report.papers.li2009.support import CONSISTENT, LUMPED, OTM, panels, single, variables
-from mpmbench.report.papers.parts import Campaigns, Chapter, cell
+from mpmbench.report.papers.parts import Campaigns, Chapter, MissingRuns, cell
 from mpmbench.report.tables import Cell, Table
 
 UNIFORM = {"problem__irregularity": 0.0}
@@ -18,12 +18,14 @@ UPDATED, FROZEN = {"method__shape_functions": "updated"}, {"method__shape_functi
 FILTER = {"mass": "lumped", "method__transfer": "position_difference"}
 
 BARS: dict[str, dict[str, Any]] = {
-    "OTM, lumped mass, nodal velocities": OTM | LUMPED | UNIFORM | CELLS,
+    "OTM, lumped mass, nodal velocities": OTM | LUMPED | UNIFORM | CELLS | {"particles_per_cell": 2},
     "OTM, consistent mass": OTM | CONSISTENT | UNIFORM,
     "linear FEM": {"method": "linear_fem"} | UNIFORM,
-    "OTM, lumped, irregular nodes": OTM | LUMPED | IRREGULAR,
+    "OTM, lumped, irregular nodes": OTM | LUMPED | IRREGULAR | {"particles_per_cell": 2},
     "OTM, consistent, irregular nodes": OTM | CONSISTENT | IRREGULAR,
     "linear FEM, irregular nodes": {"method": "linear_fem"} | IRREGULAR,
+    "OTM, lumped, 1 particle per cell": OTM | LUMPED | UNIFORM | CELLS | {"particles_per_cell": 1},
+    "OTM, lumped, irregular, 1 particle per cell": OTM | LUMPED | IRREGULAR | {"particles_per_cell": 1},
     "MPM, linear": {"method": "mpm", "basis": "linear"},
     "MPM, B-splines": {"method": "mpm", "basis": "bspline"},
     "unified": {"method": "unified"},
@@ -100,8 +102,9 @@ def energy_chapter(campaigns: Campaigns) -> Chapter:
     for rank, (name, match) in enumerate(variants.items()):
         drifts = [cell(campaigns, "energy", "total_energy_drift", time_step=dt, **match) for dt in STEPS]
         known = [(dt, d.value) for dt, d in zip(STEPS, drifts, strict=True) if isinstance(d.value, float)]
-        if known:
-            axes.loglog(*zip(*known, strict=True), label=name, **style.line("otm", "lme", rank))
+        if not known:
+            raise MissingRuns(f"energy: no run with {name} has finished")
+        axes.loglog(*zip(*known, strict=True), label=name, **style.line("otm", "lme", rank))
         rows.append([Cell(name), *drifts])
         files += [file for d in drifts for file in d.files]
     axes.set_xlabel("time step [s]")

@@ -63,7 +63,7 @@ def boundary_chapter(campaigns: Campaigns) -> Chapter:
         on_edge = (np.abs(X - 5.0) > 5.0 - 1e-9).any(axis=1)
         for k, name in enumerate(SHOWN):
             axis = axes[row, k]
-            axis.contourf(*grid, phi[:, k].reshape(n, n), levels=np.linspace(0.0, 1.0, 21), cmap="viridis")
+            axis.contourf(*grid, phi[:, k].reshape(n, n), levels=np.linspace(0.0, 1.0, 21), cmap="magma_r")
             axis.set_aspect("equal")
             axis.grid(False)
             axis.set_title(f"{name}" if row == 0 else f"{name}, anisotropic", pad=3, fontsize=7)
@@ -96,8 +96,8 @@ def gamma_chapter(campaigns: Campaigns) -> Chapter:
         grid = [X[:, d].reshape(n, n) for d in (0, 1)]
         slope = slope[:, 0, 0]
         largest = float(np.abs(slope).max())
-        axes[0, k].contourf(*grid, phi.reshape(n, n), levels=np.linspace(0.0, 1.0, 21), cmap="viridis")
-        axes[1, k].contourf(*grid, slope.reshape(n, n), levels=np.linspace(-largest, largest, 21), cmap="RdBu_r")
+        axes[0, k].contourf(*grid, phi.reshape(n, n), levels=np.linspace(0.0, 1.0, 21), cmap="magma_r")
+        axes[1, k].contourf(*grid, slope.reshape(n, n), levels=np.linspace(-largest, largest, 22), cmap="RdBu_r")
         axes[0, k].set_title(f"gamma = {gamma:g}", pad=3)
         for axis in axes[:, k]:
             axis.set_aspect("equal")

@@ -14,7 +14,7 @@ from mpmbench.report.papers.li2009.support import (
     panels,
     variables,
 )
-from mpmbench.report.papers.parts import Campaigns, Chapter, cell
+from mpmbench.report.papers.parts import Campaigns, Chapter, MissingRuns, cell
 from mpmbench.report.tables import Cell, Table
 
 FIELDS = ("position_initial", "position", "velocity", "displacement", "volume", "snapshot_time")
@@ -108,8 +108,9 @@ def particles_chapter(campaigns: Campaigns) -> Chapter:
             match: dict[str, Any] = {"problem__irregularity": share, "basis__gradient": gradient}
             errors = [cell(campaigns, "particles", DENSITY, particles_per_cell=n, **match) for n in PARTICLES]
             known = [(n, e.value) for n, e in zip(PARTICLES, errors, strict=True) if isinstance(e.value, float)]
-            if known:
-                axis.loglog(*zip(*known, strict=True), label=f"{gradient} gradients", **style.line("otm", "lme", rank))
+            if not known:
+                raise MissingRuns(f"particles: no run with {gradient} gradients has finished")
+            axis.loglog(*zip(*known, strict=True), label=f"{gradient} gradients", **style.line("otm", "lme", rank))
             rows.append([Cell("irregular" if share else "uniform"), Cell(gradient), *errors])
             files += [file for e in errors for file in e.files]
         axis.set_title("20 % irregular nodes" if share else "uniform nodes", pad=3)
