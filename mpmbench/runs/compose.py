@@ -3,7 +3,8 @@
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Callable, Container, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -261,8 +262,15 @@ def with_hydra(action: Callable[[], Any], pairs: Sequence[str]) -> Any:
     os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises instead of printing
     GlobalHydra.instance().clear()
     install()
-    try:
+    with in_one_sentence(pairs):
         return action()
+
+
+@contextmanager
+def in_one_sentence(pairs: Sequence[str]) -> Iterator[None]:
+    """Turn what Hydra raises into `BadInput`."""
+    try:
+        yield
     except (HydraException, OmegaConfBaseException, ValueError) as error:
         raise readable(error, pairs) from None
 

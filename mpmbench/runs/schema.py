@@ -26,7 +26,8 @@ class BadInput(Exception):
     """What the user gave cannot be run; the message is one sentence, the exit code is 2 unless another is given."""
 
     def __init__(self, sentence: str, exit_code: int = 2) -> None:
-        super().__init__(sentence)
+        printable = "".join(character if character.isprintable() else " " for character in sentence)
+        super().__init__(" ".join(printable.split()))
         self.exit_code = exit_code
 
 
