@@ -1,7 +1,7 @@
 """From a resolved configuration to a result: builds the plug-ins, runs the simulation, and measures the errors."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from time import perf_counter
 from typing import Any
 
@@ -53,6 +53,8 @@ def read(config: Config) -> Case:
     method = dict(config["method"])
     choices = _instantiate("method", Choices, method)
     built = {kind: _plugin(kind, config[kind]) for kind in ("problem", "basis", "material")}
+    if hasattr(built["problem"], "random_seed"):
+        built["problem"] = replace(built["problem"], random_seed=int(config.get("seed", 0)))
     resolution, per_cell = int(config["resolution"]), int(config["particles_per_cell"])
     require(resolution >= 1, "resolution", config["resolution"], "a whole number >= 1")
     case = Case(

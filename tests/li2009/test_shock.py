@@ -209,3 +209,12 @@ def test_cylinder_runs() -> None:
     result = shock(50, problem__dimension=3)
     assert float(result["solver_time"]) < 600.0
     assert float(result[VELOCITY]) < 0.05
+
+
+def test_seed_chooses_the_irregular_nodes() -> None:
+    cases = [
+        read(compose("isothermal_shock", "otm", "lme", problem__irregularity=0.2, seed=seed)) for seed in (1, 1, 2)
+    ]
+    nodes = [case.problem.nodes(10, case.choices).nodes for case in cases]  # type: ignore[union-attr]
+    assert np.array_equal(nodes[0], nodes[1])
+    assert np.abs(nodes[0] - nodes[2]).max() > 1e-5
