@@ -186,12 +186,13 @@ def _record(target: Path, answer: dict[str, Any], started: float) -> Record:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Ignore Ctrl-C for a moment (in the main thread, where signals arrive)."""
+    """Ignore Ctrl-C and requests to terminate for a moment (in the main thread, where signals arrive)."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -62,20 +62,25 @@ class Server:
     def child(self) -> "Child":
         """A new child."""
         ours, theirs = socket.socketpair()
-        socket.send_fds(self.control, [b"child"], [theirs.fileno()])
-        theirs.close()
-        return Child(self, Connection(ours.detach()), self._answer())
+        with theirs:
+            pid = self._exchange(lambda: socket.send_fds(self.control, [b"child"], [theirs.fileno()]))
+        return Child(self, Connection(ours.detach()), pid)
 
     def exit_code(self, pid: int) -> int:
         """How a child ended: its exit code, or minus the number of the signal that killed it."""
         try:
-            self.control.sendall(struct.pack("q", pid))
-            return self._answer()
+            return self._exchange(lambda: self.control.sendall(struct.pack("q", pid)))
         except (OSError, Ended):
             return -signal.SIGKILL  # children end with the server
 
-    def _answer(self) -> int:
-        data = self.control.recv(8, socket.MSG_WAITALL)
+    def _exchange(self, send: Callable[[], object]) -> int:
+        """Send a request and return its answer; a server whose answer was not awaited is not asked again."""
+        try:
+            send()
+            data = self.control.recv(8, socket.MSG_WAITALL)
+        except BaseException:
+            self.close()
+            raise
         if len(data) < 8:
             raise Ended("crashed", "the process that starts the solver did not start or was killed")
         return int(struct.unpack("q", data)[0])

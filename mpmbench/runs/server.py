@@ -29,6 +29,14 @@ def main(descriptor: int, parent: int) -> None:
     end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the client decides what ends
     control = socket.socket(fileno=descriptor)
+    try:
+        answer_requests(control)
+    except ConnectionError:  # the client went away while it waited for an answer
+        return
+
+
+def answer_requests(control: socket.socket) -> None:
+    """Start children and tell how they ended, until the client hangs up."""
     from mpmbench.runs import worker
 
     server = os.getpid()

@@ -87,7 +87,7 @@ def disturb(folder: Path, undisturbed: Path, kills: int, seed: int, monkeypatch,
     command = None
     while sum(killed.values()) < kills:
         if command is None or command.poll() is not None:
-            command = start(*SWEEP, *more)
+            command = start(*SWEEP, *more, start_new_session=True)
             if "12 finished" in command.stdout.readline():  # done too early: give it something to do
                 command.wait(MOST_PATIENCE)
                 for file in dice.sample(sorted(folder.glob("results/chaos/*.nc")), 6):
@@ -114,7 +114,7 @@ def disturb(folder: Path, undisturbed: Path, kills: int, seed: int, monkeypatch,
 
 def check_completed(folder: Path, undisturbed: Path, *more: str) -> None:
     """The same command once more completes the campaign, and nothing tells that it was disturbed."""
-    command = start(*SWEEP, *more)
+    command = start(*SWEEP, *more, start_new_session=True)
     out, errors = command.communicate(timeout=MOST_PATIENCE)
     assert (command.returncode, errors) == (0, ""), out
     check_files(folder / "results/chaos", undisturbed)

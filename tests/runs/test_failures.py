@@ -261,3 +261,30 @@ def test_a_launcher_that_does_not_work_is_one_sentence(command, folder):
     assert outcome.code == 1
     assert outcome.err.startswith("mpmbench: hydra/launcher=submitit_slurm failed: ") and outcome.err.count("\n") == 1
     assert not list(folder.rglob("*.nc"))
+
+
+def test_a_server_whose_answer_was_not_awaited_is_not_asked_again(monkeypatch):
+    """An answer that is read later would be taken for the number of a child, and 0 as its number means all of us."""
+    from mpmbench.runs import isolation
+
+    server = isolation.Server.start(dict(os.environ), {})
+    child = server.child()
+
+    class Interrupting:
+        """A connection on which Ctrl-C comes between a request and its answer."""
+
+        def __init__(self, connection):
+            self.connection = connection
+
+        def recv(self, *arguments):
+            raise KeyboardInterrupt
+
+        def __getattr__(self, name):
+            return getattr(self.connection, name)
+
+    server.control = Interrupting(server.control)
+    with pytest.raises(KeyboardInterrupt):
+        server.exit_code(child.pid)
+    assert server.process.poll() is not None
+    with pytest.raises((OSError, isolation.Ended)):
+        server.child()
