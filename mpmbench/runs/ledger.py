@@ -91,12 +91,15 @@ class Ledger:
 
     def owner_is_gone(self) -> bool:
         """Whether the command that made this folder has ended or given up; on another machine only the latter shows."""
+        return self.said("abandon") or self.is_leftover()
+
+    def is_leftover(self) -> bool:
+        """Whether the command that made this folder has ended; one that has given up still writes its last records."""
         try:
             owner = json.loads((self.folder / "owner").read_text())
         except (OSError, ValueError):
             return True
-        here = owner["host"] == socket.gethostname()
-        return self.said("abandon") or (here and birth(owner["pid"]) != owner["birth"])
+        return owner["host"] == socket.gethostname() and birth(owner["pid"]) != owner["birth"]
 
     def _place(self, name: str, content: Any) -> None:
         unfinished = self.folder / f".{name}.{os.getpid()}"
@@ -129,7 +132,7 @@ def opened(parent: Path | None = None) -> Iterator[Ledger]:
     for leftover in place.glob(f"{PREFIX}*"):
         if not (leftover / "owner").exists() and time.time() - leftover.stat().st_mtime < 60:
             continue  # somebody is making it
-        if Ledger(leftover).owner_is_gone():
+        if Ledger(leftover).is_leftover():
             shutil.rmtree(leftover, ignore_errors=True)
     folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=parent)).absolute()
     ledger = Ledger(folder)

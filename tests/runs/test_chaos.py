@@ -123,7 +123,7 @@ def check_completed(folder: Path, undisturbed: Path, *more: str) -> None:
     assert {path.suffix for path in (folder / "results/chaos").iterdir()} == {".nc"}
     assert len(list((folder / "results/chaos").iterdir())) == 12
     place = Path(ledger.tempfile.gettempdir())
-    gone = [path for path in place.glob(f"{ledger.PREFIX}*") if ledger.Ledger(path).owner_is_gone()]
+    gone = [path for path in place.glob(f"{ledger.PREFIX}*") if ledger.Ledger(path).is_leftover()]
     assert gone == [] or all(time.time() - path.stat().st_mtime < 60 for path in gone)
     assert pids_of(str(folder)) == []
 

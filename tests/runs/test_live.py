@@ -79,3 +79,11 @@ def test_without_a_terminal_there_are_plain_lines(command, plugins):
     out = command("-m", "problem=failing_bar", "problem.fault=none,slow").out
     assert "\x1b" not in out
     assert [line.split()[1] for line in out.splitlines() if line.startswith("[")] == ["ok", "ok"]
+
+
+def test_another_command_leaves_one_alone_that_was_interrupted_and_writes_its_last_records(tmp_path):
+    with opened(tmp_path) as ledger:
+        ledger.say("abandon")
+        assert ledger.owner_is_gone() and not ledger.is_leftover()
+        with opened(tmp_path):
+            assert ledger.folder.exists()
