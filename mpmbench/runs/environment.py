@@ -17,12 +17,14 @@ def cache_folder() -> Path:
     """Folder of the kernels compiled from exactly these sources.
 
     numba does not notice a change in another file that a kernel calls, so every version of the sources has a folder of
-    its own; those that nobody used for a month are removed.
+    its own; those that nobody used for a month are removed. Plug-ins are sources too.
     """
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "mpmbench"
     folder = home / sources_hash()
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        home.mkdir(parents=True, exist_ok=True)
+        start_from(home / sources_hash(with_plugins=False), folder)
+        folder.mkdir(exist_ok=True)
         os.utime(folder)
     except OSError:
         folder = Path(tempfile.gettempdir()) / f"mpmbench-{os.getuid()}" / folder.name
@@ -32,6 +34,29 @@ def cache_folder() -> Path:
         if time.time() - other.stat().st_mtime > KEEP_DAYS * 86400:
             shutil.rmtree(other, ignore_errors=True)
     return folder
+
+
+def start_from(plain: Path, folder: Path) -> None:
+    """Begin a cache for plug-ins with links to what is compiled without them.
+
+    That fits, since a plug-in adds types and functions and replaces none; numba itself never writes into a file.
+    """
+    if folder.exists() or not plain.exists():
+        return
+    unfinished = folder.with_name(f".{folder.name}.{os.getpid()}")
+    try:
+        shutil.copytree(plain, unfinished, copy_function=link)
+        unfinished.rename(folder)
+    except OSError:  # no links here, or another process was faster
+        shutil.rmtree(unfinished, ignore_errors=True)
+
+
+def link(source: str, target: str) -> None:
+    """Link one file, unless it was temporary and is gone."""
+    try:
+        os.link(source, target)
+    except FileNotFoundError:
+        pass
 
 
 def prepare(environment: MutableMapping[str, str]) -> None:

@@ -33,17 +33,17 @@ def result_path(config: dict[str, Any]) -> Path:
     return Path(config["output_dir"], config["campaign"], name).absolute()
 
 
-def solver_files() -> list[Path]:
+def solver_files(with_plugins: bool = True) -> list[Path]:
     """Every source file of the solver, and of the plug-ins, in a fixed order."""
     places = [PACKAGE / place for place in SOLVER]
     files = [file for place in places for file in (sorted(place.rglob("*.py")) if place.is_dir() else [place])]
-    return [*(file for file in files if file.exists()), *plugin_files()]
+    return [*(file for file in files if file.exists()), *(plugin_files() if with_plugins else [])]
 
 
-def sources_hash() -> str:
+def sources_hash(with_plugins: bool = True) -> str:
     """Hash of the bytes of all solver sources: two programs with the same one may share compiled kernels."""
     digest = hashlib.sha256()
-    for file in solver_files():
+    for file in solver_files(with_plugins):
         digest.update(str(file).encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
 

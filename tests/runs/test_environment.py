@@ -1,0 +1,38 @@
+"""Where compiled kernels are kept."""
+
+import pytest
+
+from mpmbench.runs import environment
+from tests.runs.conftest import PLUGINS
+
+
+@pytest.fixture
+def plain(tmp_path, monkeypatch):
+    """The cache without plug-ins, with one kernel in it."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.delenv("MPMBENCH_PLUGINS", raising=False)
+    folder = environment.cache_folder()
+    (folder / "core").mkdir()
+    (folder / "core/kernel.nbc").write_text("compiled")
+    return folder
+
+
+def test_a_cache_for_plugins_starts_with_what_is_compiled_without_them(plain, monkeypatch):
+    monkeypatch.setenv("MPMBENCH_PLUGINS", str(PLUGINS))
+    folder = environment.cache_folder()
+    assert folder != plain and (folder / "core/kernel.nbc").read_text() == "compiled"
+    (folder / "core/own.nbc").write_text("of a plug-in")
+    (folder / "core/kernel.nbc").unlink()
+    assert environment.cache_folder() == folder and not (folder / "core/kernel.nbc").exists()  # not begun again
+    assert [file.name for file in plain.rglob("*.nbc")] == ["kernel.nbc"]
+    assert sorted(path.name for path in plain.parent.iterdir()) == sorted([plain.name, folder.name])
+
+
+def test_a_disk_without_links_begins_an_empty_cache(plain, monkeypatch):
+    def refuse(source, target):
+        raise PermissionError("no links here")
+
+    monkeypatch.setattr(environment.os, "link", refuse)
+    monkeypatch.setenv("MPMBENCH_PLUGINS", str(PLUGINS))
+    folder = environment.cache_folder()
+    assert list(folder.iterdir()) == [] and len(list(plain.parent.iterdir())) == 2
