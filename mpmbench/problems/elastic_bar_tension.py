@@ -37,7 +37,8 @@ class ElasticBarTension(Problem):
     irregularity : float
         Nodes are displaced at random by up to this share of their spacing; the ends stay.
     particle_layout : {"midpoint", "nodes"}
-        Midpoints of equal parts of the segments between nodes, or the nodes themselves (nodal integration, SPH).
+        Midpoints of equal parts of the segments between nodes, or the nodes themselves (nodal integration, SPH),
+        whatever the number of particles per cell.
     random_seed : int
         Of the irregular nodes.
     """

@@ -44,7 +44,8 @@ class IsothermalShock(Problem):
     irregularity : float
         Nodes are displaced at random by up to this share of their spacing; the ends stay.
     particle_layout : {"auto", "midpoint", "barycentre", "nodes"}
-        Midpoints of sub-cells (auto in 1D), barycentres of a triangulation (auto in 2D and 3D), or the nodes.
+        Midpoints of sub-cells (auto in 1D), barycentres of a triangulation (auto in 2D and 3D), or the nodes, whatever
+        the number of particles per cell.
     random_seed : int
         Of the irregular nodes.
     """
@@ -85,6 +86,20 @@ class IsothermalShock(Problem):
         if choices.time == "sph" and self.particle_layout != "nodes":
             raise NotApplicable("method=sph has no nodes of its own: set problem.particle_layout=nodes")
 
+    def check_particles(self, particles_per_cell: int) -> None:
+        if self._layout == "barycentre":
+            allowed = "1, as problem.particle_layout=barycentre puts one particle into each simplex,"
+            require(particles_per_cell == 1, "particles_per_cell", particles_per_cell, allowed)
+        elif self._layout == "midpoint":
+            super().check_particles(particles_per_cell)
+
+    @property
+    def _layout(self) -> str:
+        """Where the particles go."""
+        if self.particle_layout != "auto":
+            return self.particle_layout
+        return "midpoint" if self.dimension == 1 else "barycentre"
+
     # geometry
 
     def _cloud(self, resolution: int) -> Cloud:
@@ -114,13 +129,12 @@ class IsothermalShock(Problem):
         return self._cloud(resolution)
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
-        layout = self.particle_layout
-        if layout == "midpoint" or (layout == "auto" and self.dimension == 1):
+        if self._layout == "midpoint":
             if self.dimension == 1:  # cells between the nodes, where these are irregular too
                 return seed_segments(self._cloud(resolution), particles_per_cell)
             return seed_cells(self._box(resolution), particles_per_cell)
         cloud = self._cloud(resolution)
-        return (cloud.nodes, nodal_volumes(cloud)) if layout == "nodes" else barycentres(cloud)
+        return (cloud.nodes, nodal_volumes(cloud)) if self._layout == "nodes" else barycentres(cloud)
 
     # initial and boundary conditions
 

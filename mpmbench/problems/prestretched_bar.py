@@ -39,7 +39,8 @@ class PrestretchedBar(Problem):
     velocity_noise : float
         Amplitude of the random initial velocity [m/s].
     particle_layout : {"midpoint", "nodes"}
-        Midpoints of equal parts of the segments between nodes, or the nodes themselves.
+        Midpoints of equal parts of the segments between nodes, or the nodes themselves, whatever the number of
+        particles per cell.
     random_seed : int
         Of the velocity.
     """

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from mpmbench.core.errors import NotApplicable
+from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.core.materials.newtonian_fluid import NewtonianFluid
 from mpmbench.core.methods.sph import update_stress
 from mpmbench.problems.isothermal_shock import IsothermalShock, smallest_stretch
@@ -192,6 +192,11 @@ def test_strip() -> None:
     assert float(plain[VELOCITY]) > 5.0 * float(mended[VELOCITY])
     sideways = [np.abs(result["velocity"].values[-1, :, 1]).max() for result in (plain, mended)]
     assert sideways[1] < 0.2 * sideways[0]
+
+
+def test_barycentres_take_one_particle_each() -> None:
+    with pytest.raises(BadSetting, match=r"particles_per_cell = 4: 1, as problem\.particle_layout=barycentre"):
+        read(compose("isothermal_shock", "otm", "lme", problem__dimension=2, particles_per_cell=4))
 
 
 def test_cylinder_has_the_nodes_of_the_thesis() -> None:

@@ -1,6 +1,7 @@
 """Table 2.1 and Figs. 2.3 and 2.4: Newton's iteration and the functions themselves."""
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from mpmbench.report import style
 from mpmbench.report.papers.li2009.support import panels, variables
@@ -11,7 +12,8 @@ GAMMAS = (0.8, 1.8, 2.8, 6.8)
 TOLERANCES = (1e-5, 1e-10, 1e-13)
 PUBLISHED = {0.8: (2.7, 3.6, 4.2), 1.8: (2.4, 3.5, 4.3), 2.8: (3.0, 4.0, 5.0), 6.8: (4.0, 5.0, 6.0)}
 SHOWN = ("inner node", "node next to an edge", "node on an edge", "corner")
-WANTED = ("shape_function", "shape_function_gradient", "position_initial")
+WANTED = ("shape_function", "shape_function_gradient", "position_initial", "shown_nodes")
+WINDOW = 5.0  # width of a panel [m]
 
 
 def table_chapter(campaigns: Campaigns) -> Chapter:
@@ -53,26 +55,31 @@ def boundary_chapter(campaigns: Campaigns) -> Chapter:
         "At a vertex the functions have the Kronecker property, and functions of inner nodes vanish on the boundary. "
         "Other metrics give anisotropic functions.",
     )
-    figure, axes = panels(2, 4, sharex=True, sharey=True)
+    figure, axes = panels(2, 4, height=1.75, sharey="col")
     files, rows = [], []
     for row, stretch in enumerate((1.0, 2.0)):
         file, found = variables(campaigns, "fig2_3", *WANTED, problem__metric_stretch=stretch)
         files.append(file)
-        X, phi = found["position_initial"], found["shape_function"]
+        X, phi, nodes = found["position_initial"], found["shape_function"], found["shown_nodes"]
         n = round(len(X) ** 0.5)
         grid = [X[:, d].reshape(n, n) for d in (0, 1)]
         on_edge = (np.abs(X - 5.0) > 5.0 - 1e-9).any(axis=1)
         for k, name in enumerate(SHOWN):
             axis = axes[row, k]
-            axis.contourf(*grid, phi[:, k].reshape(n, n), levels=np.linspace(0.0, 1.0, 21), cmap="magma_r")
-            axis.set_aspect("equal")
-            axis.grid(False)
-            axis.set_title(f"{name}" if row == 0 else f"{name}, anisotropic", pad=3, fontsize=7)
+            picture = axis.contourf(*grid, phi[:, k].reshape(n, n), levels=np.linspace(0.0, 1.0, 21), cmap="magma_r")
+            corner = np.maximum(nodes[k] - 0.5 * WINDOW, 0.0)
+            _window(axis, corner, name if row == 0 else "")
+            axis.plot(*nodes[k], "+", color="white", ms=4, mew=0.7, clip_on=False)
             largest, edge = float(phi[:, k].max()), float(phi[on_edge, k].max())
             rows.append([Cell(name), Cell(stretch), Cell(largest, (file,)), Cell(edge, (file,))])
+        axes[row, 0].set_ylabel("anisotropic" if row else "isotropic")
+    figure.colorbar(picture, ax=list(axes.ravel()), label="function", shrink=0.6, ticks=(0.0, 0.5, 1.0))
     figure.supxlabel("$x_1$ [m]", size=8)
     figure.supylabel("$x_2$ [m]", size=8)
-    caption = "gamma = 1.8, 11 x 11 regular nodes; below with the metric of F = diag(2, 1/2)."
+    caption = (
+        "gamma = 1.8, 11 x 11 regular nodes, each panel 5 m wide; below with the metric of F = diag(2, 1/2). "
+        "The crosses are the nodes."
+    )
     page.draw("functions", "Functions of four nodes", caption, figure, files)
     columns = ["node", "metric stretch", "largest value", "largest value on the boundary"]
     page.add(Table("values", "Values on the boundary", columns, rows, numeric=(1, 2, 3)))
@@ -87,7 +94,7 @@ def gamma_chapter(campaigns: Campaigns) -> Chapter:
         "The functions are smooth and gamma controls their locality; for gamma = 6.8 the function ostensibly coincides "
         "with the Delaunay shape function.",
     )
-    figure, axes = panels(2, 4, sharex=True, sharey=True)
+    figure, axes = panels(2, 4, height=1.75, sharex=True, sharey=True)
     files, rows = [], []
     for k, gamma in enumerate(GAMMAS):
         file, found = variables(campaigns, "fig2_4", *WANTED, basis__gamma=gamma)
@@ -97,26 +104,35 @@ def gamma_chapter(campaigns: Campaigns) -> Chapter:
         grid = [X[:, d].reshape(n, n) for d in (0, 1)]
         slope = slope[:, 0, 0]
         largest = float(np.abs(slope).max())
-        axes[0, k].contourf(*grid, phi.reshape(n, n), levels=np.linspace(0.0, 1.0, 21), cmap="magma_r")
-        axes[1, k].contourf(*grid, slope.reshape(n, n), levels=np.linspace(-largest, largest, 22), cmap="RdBu_r")
-        axes[0, k].set_title(f"gamma = {gamma:g}", pad=3)
-        for axis in axes[:, k]:
-            axis.set_aspect("equal")
-            axis.grid(False)
-            axis.set_xlim(2.0, 8.0)
-            axis.set_ylim(2.0, 8.0)
+        values, slopes = phi.reshape(n, n), slope.reshape(n, n)
+        above = axes[0, k].contourf(*grid, values, levels=np.linspace(0.0, 1.0, 21), cmap="magma_r")
+        below = axes[1, k].contourf(*grid, slopes / largest, levels=np.linspace(-1.0, 1.0, 22), cmap="RdBu_r")
+        for axis, title in zip(axes[:, k], (f"gamma = {gamma:g}", f"largest {largest:.2f} / m"), strict=True):
+            _window(axis, found["shown_nodes"][0] - 0.5 * WINDOW, title)
         support = float(np.mean(phi > 1e-3) * 100.0)
         rows.append([Cell(gamma), Cell(float(phi.max()), (file,)), Cell(largest, (file,)), Cell(support, (file,))])
+    figure.colorbar(above, ax=list(axes[0]), label="function", ticks=(0.0, 0.5, 1.0))
+    figure.colorbar(below, ax=list(axes[1]), label="derivative / largest", ticks=(-1.0, 0.0, 1.0))
     figure.supxlabel("$x_1$ [m]", size=8)
     figure.supylabel("$x_2$ [m]", size=8)
     caption = (
-        "Above the function of an inner node (0 to 1), below its derivative by the first coordinate; jittered nodes."
+        "Above the function of an inner node, below its derivative by the first coordinate over the largest one; "
+        "jittered nodes, h = 1 m."
     )
     page.draw("functions", "Function and derivative", caption, figure, files)
     columns = ["gamma", "largest value", "largest slope [1/m]", "area with phi > 0.001 [m2]"]
     page.add(Table("extent", "Height, slope and extent", columns, rows, numeric=(0, 1, 2, 3)))
     _section(page, campaigns)
     return page
+
+
+def _window(axis: Axes, corner: np.ndarray, title: str) -> None:
+    """Show a square of the plane."""
+    axis.set_title(title, pad=3, fontsize=7)
+    axis.set_aspect("equal")
+    axis.grid(False)
+    axis.set_xlim(corner[0], corner[0] + WINDOW)
+    axis.set_ylim(corner[1], corner[1] + WINDOW)
 
 
 def _section(page: Chapter, campaigns: Campaigns) -> None:
@@ -135,4 +151,5 @@ def _section(page: Chapter, campaigns: Campaigns) -> None:
     axes[0, 0].set_xlabel("$x_1$ [m]")
     axes[0, 0].set_ylabel("function")
     axes[0, 0].legend()
-    page.draw("section", "The function on a line through its highest sample", "", figure, files)
+    caption = "As gamma grows the function becomes that of linear elements; its corners are smooth on a finer scale."
+    page.draw("section", "The function on a line through its highest sample", caption, figure, files)

@@ -13,6 +13,7 @@ from mpmbench.report.papers.parts import Campaigns
 VELOCITY, DENSITY = "error_velocity_l2_max", "error_density_l1_max"
 LUMPED = {"mass": "lumped", "method__transfer": "nodal"}
 CONSISTENT = {"mass": "consistent", "method__transfer": "position_difference"}
+FIELDS = ("position_initial", "position", "velocity", "displacement", "volume", "snapshot_time")
 OTM = {"method": "otm", "basis": "lme"}
 SHOCK = {"rho": 1.0, "K": 1.0, "eta": 0.0025, "ahead": 1.0, "behind": 0.1}  # Table 4.1
 
