@@ -13,6 +13,7 @@ from mpmbench.core.implicit.workspace import Workspace
 from mpmbench.core.state import State
 
 STEP_LIMITS = (np.inf, 0.2, 0.1, 0.05)  # of Newton's steps in particle spacings, one attempt after the other
+PATIENCE = 8  # iterations without a smaller residual, after which an attempt is given up: it goes in circles
 SHORTEST_STEP = 2.0**-12  # a Newton step that must be shortened more than this leads nowhere
 SHORTEST_SEARCH = 0.1  # below this fraction of a step, the line search takes the best that it has seen
 GROWTH = 2.0  # from the second step on, the residual may grow by this factor; the first one may do as it likes
@@ -203,10 +204,11 @@ def newton(s: State, equations: Equations, du: np.ndarray, limit: float, norms: 
     reference = equations.reference(du, residual)
     norms.append(equations.size(du, residual) / reference)
     while norms[-1] > s.choices.residual_tolerance:
-        if len(norms) > s.choices.max_iterations:
+        iterations = len(norms) - 1
+        if iterations == s.choices.max_iterations or iterations - int(np.argmin(norms[1:] or [0.0])) > PATIENCE:
             raise NotConverged(
-                f"Newton's iteration: residual {norms[-1]:.2e} of the external force after "
-                f"{s.choices.max_iterations} iterations; {s.choices.residual_tolerance:.1e} is wanted"
+                f"Newton's iteration: residual {norms[-1]:.2e} of the external force after {iterations} iterations; "
+                f"{s.choices.residual_tolerance:.1e} is wanted"
             )
         change = equations.correction(du, residual)
         longest = float(np.abs(change).max())
