@@ -1,8 +1,10 @@
 """Orders of convergence with an interval, from the errors of one method on a sequence of sizes.
 
 The model is ``e(h) = C h^p (1 + a h) + floor``: a leading term, its first correction (the pre-asymptotic drift) and
-what does not shrink with h (time step, quadrature, grid crossing). Runs are deterministic, so the interval is not a
-sampling error: it holds the orders p that explain the local slopes up to a few percent, whatever drift and floor.
+what does not shrink with h (time step, quadrature, grid crossing). Root mean squares of error fields that have nothing
+to do with each other add in squares instead: ``e^2 = (C h^p (1 + a h))^2 + floor^2``; both are considered. Runs are
+deterministic, so the interval is not a sampling error: it holds the orders p that explain the local slopes up to a few
+percent, whatever drift and floor.
 """
 
 from collections.abc import Sequence
@@ -13,8 +15,9 @@ from scipy.special import ndtr
 
 INTERVAL_MEANING = (
     "Runs are deterministic: the interval is no sampling error. It holds 95 % of the orders p for which "
-    "C h^p (1 + a h) + floor explains the errors, so it states the spread of the local slopes and what an "
-    "asymptotic drift (a) and a floor may still hide; few levels or an early floor make it wide."
+    "C h^p (1 + a h) + floor, or the root of the sum of their squares, explains the errors, so it states the spread of "
+    "the local slopes and what an asymptotic drift (a) and a floor may still hide; few levels or an early floor make "
+    "it wide."
 )
 
 # The model's prior, written down so that it can be judged. |a h| at the coarsest level, and the deviation of an error
@@ -22,6 +25,7 @@ INTERVAL_MEANING = (
 LARGEST_DRIFT = 0.6
 DEVIATIONS = (0.005, 0.01, 0.02, 0.04, 0.08)
 DEVIATION_WEIGHTS = (0.07, 0.23, 0.50, 0.15, 0.05)
+FLOOR_WEIGHTS = (1 / 2, 1 / 3, 1 / 6)  # of no floor, one that adds to the error, one that adds in squares
 ORDERS = np.arange(0.0, 6.001, 0.04)
 DRIFTS = np.linspace(-LARGEST_DRIFT, LARGEST_DRIFT, 17)
 ACCEPTED_MISFIT = 0.12  # RMS relative misfit beyond which no single order is stated for a range of levels
@@ -79,7 +83,10 @@ class OrderEstimate:
 
 @dataclass(frozen=True)
 class _Posterior:
-    """Weights over (floor or none, order, drift), shape (2, P, A), the floors and the best misfit."""
+    """Weights and floors, both by kind of floor (none, one that adds, one that adds in squares), order and drift.
+
+    Their shape is (3, P, A); `misfit` is the RMS relative misfit of the best model.
+    """
 
     weight: np.ndarray
     floor: np.ndarray
@@ -165,10 +172,10 @@ def estimate_order(
     used = (np.arange(count) >= first) & (np.arange(count) < last)
     order_weight = posterior.weight.sum(axis=(0, 2))
     low, high = _shortest_interval(ORDERS, order_weight)
-    probability = float(posterior.weight[1].sum())
+    probability = float(posterior.weight[1:].sum())
     floor = 0.0
     if probability > 0.5 and last - first >= FLOOR_LEVELS:
-        floor = float((posterior.weight[1] * posterior.floor).sum() / probability)
+        floor = float((posterior.weight * posterior.floor).sum() / probability)
     limit = floor or (predicted_floor if predicted_floor and predicted_floor > 0.5 * e[last - 1] else 0.0)
     share = np.where(used, np.minimum(limit / e, 1.0), 0.0)
     early = _pre_asymptotic(h, posterior.weight.sum(axis=(0, 1)), first, used)
@@ -206,53 +213,71 @@ def _checked(
     return h[coarse_first], e[coarse_first]
 
 
-def _posterior(h: np.ndarray, e: np.ndarray) -> _Posterior:
-    """Posterior of order and drift, without and with a floor, C and floor integrated out.
+def _posterior(h: np.ndarray, e: np.ndarray, smallest: float) -> _Posterior:
+    """Posterior of order and drift, without a floor, with one that adds up and with one that adds in squares.
 
-    With relative deviations r_k = (C g_k + f) / e_k - 1 of standard deviation s, g = h^p (1 + a h), this is linear
-    least squares in (C, f). Prior: log C flat; f / min(e) flat on 0..1.05 or f = 0, even odds; p flat with soft ends
-    below 0.9 and above 4.5 (a slow order and an early floor look alike); a flat.
+    Prior: log C flat; no floor or a floor f, even odds; f / smallest (or its square) flat on 0..1.05; p flat with soft
+    ends below 0.9 and above 4.5 (a slow order and an early floor look alike); a flat. No error on a finer level, used
+    or not, lies below a floor: `smallest` is the least of them.
     """
-    count = len(h)
-    s = h / h.max()
-    g = s ** ORDERS[:, None, None] * (1.0 + DRIFTS[None, :, None] * s)
-    term, constant = g / e, np.broadcast_to(e.min() / e, g.shape)
-    gg, gf, ff = (term**2).sum(-1), (term * constant).sum(-1), (constant**2).sum(-1)
-    g1, f1 = term.sum(-1), constant.sum(-1)
+    s = (h / h.max())[:, None, None]
+    e = e[:, None, None]
+    term = s ** ORDERS[:, None] * (1.0 + DRIFTS * s) / e
+    soft_ends = np.minimum((ORDERS - 0.9) / 0.15, 0.0) + np.minimum((4.5 - ORDERS) / 0.3, 0.0)
+    (without, added, share, misfit), (_, in_squares, square, other_misfit) = (
+        _fits(term**power, (smallest / e) ** power, power) for power in (1, 2)
+    )
+    log_weight = np.stack([without, added, in_squares]) + soft_ends[:, None]
+    log_weight += np.log(FLOOR_WEIGHTS)[:, None, None, None]
+    weight = np.exp(log_weight - log_weight.max()).sum(axis=1)
+    floors = smallest * np.stack([np.zeros_like(share), share, np.sqrt(square)])
+    return _Posterior(weight / weight.sum(), floors, min(misfit, other_misfit))
 
-    alone = g1 / gg
-    misfit_alone = np.maximum(count - alone * g1, 0.0)
+
+def _fits(term: np.ndarray, constant: np.ndarray, power: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Log evidence without and with a floor, both (D, P, A) for all deviations, the floors and the least RMS misfit.
+
+    Levels are the first axis of `term`, shape (L, P, A), and `constant`, shape (L, 1, 1). The relative deviations
+    r_k = c term_k + f constant_k - 1 have the standard deviation ``power * s``: this is linear least squares in (c, f),
+    which are integrated out. With ``power`` 2 all of them are squares of errors.
+    """
+    count = len(term)
+    gg, gf, ff = (term**2).sum(0), (term * constant).sum(0), (constant**2).sum(0)
+    g1, f1 = term.sum(0), constant.sum(0)
+    only = g1 / gg
+    misfit_only = np.maximum(count - only * g1, 0.0)
     determinant = np.maximum(gg * ff - gf**2, 1e-12 * gg * ff)
     leading = (ff * g1 - gf * f1) / determinant
     share = (gg * f1 - gf * g1) / determinant
-    misfit_floor = np.maximum(count - leading * g1 - share * f1, 0.0)
+    misfit = np.maximum(count - leading * g1 - share * f1, 0.0)
 
-    soft_ends = np.minimum((ORDERS - 0.9) / 0.15, 0.0) + np.minimum((4.5 - ORDERS) / 0.3, 0.0)
-    log_weight = np.full((len(DEVIATIONS), 2, len(ORDERS), len(DRIFTS)), -np.inf)
-    for row, deviation, weight in zip(log_weight, DEVIATIONS, DEVIATION_WEIGHTS, strict=True):
-        common = soft_ends[:, None] - count * np.log(deviation) + np.log(weight)
-        width = np.sqrt(2.0 * np.pi) * deviation
-        row[0] = common - 0.5 * misfit_alone / deviation**2 + np.log(width / (np.sqrt(gg) * alone))
-        spread = deviation * np.sqrt(gg / determinant)
-        inside = np.maximum(ndtr((1.05 - share) / spread) - ndtr(-share / spread), 1e-300)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            row[1] = common - 0.5 * misfit_floor / deviation**2 + np.log(width**2 * inside / 1.05)
-            row[1] -= 0.5 * np.log(determinant) + np.log(np.where(leading > 0, leading, np.nan))
-    log_weight[~np.isfinite(log_weight)] = -np.inf
-    weight = np.exp(log_weight - log_weight.max()).sum(axis=0)
-    admissible = np.where((share > 0) & (share < 1.05) & (leading > 0), misfit_floor, np.inf)
-    best = min(misfit_alone.min(), admissible.min())
-    return _Posterior(weight / weight.sum(), np.clip(share, 0.0, 1.05) * e.min(), float(np.sqrt(best / count)))
+    most = 1.05**power
+    positive = leading > 0
+    own = np.array(DEVIATIONS)[:, None, None]
+    deviation, width = power * own, np.sqrt(2.0 * np.pi) * own
+    common = np.log(DEVIATION_WEIGHTS)[:, None, None] - count * np.log(own)
+    without = common - 0.5 * misfit_only / deviation**2 + np.log(width) - np.log(np.sqrt(gg) * only)
+    spread = deviation * np.sqrt(gg / determinant)
+    inside = np.maximum(ndtr((most - share) / spread) - ndtr(-share / spread), 1e-300)
+    volume = np.log(np.sqrt(determinant) * np.where(positive, leading, 1.0))
+    with_floor = common - 0.5 * misfit / deviation**2 + np.log(width**2 * power * inside / most) - volume
+    with_floor = np.where(positive, with_floor, -np.inf)
+    admissible = np.where((share > 0) & (share < most) & positive, misfit, np.inf)
+    least = np.sqrt(min(misfit_only.min(), admissible.min()) / count) / power
+    return without, with_floor, np.clip(share, 0.0, most), float(least)
 
 
 def _longest_explained(h: np.ndarray, e: np.ndarray) -> tuple[int, int, _Posterior]:
     """First and one past the last level of the longest range that the model explains, and its posterior."""
     count = len(h)
-    whole = _posterior(h, e)
+    whole = _posterior(h, e, e.min())
     if whole.misfit <= ACCEPTED_MISFIT:
         return 0, count, whole
     for length in range(count - 1, SMALLEST_WINDOW - 1, -1):
-        tried = [(k, k + length, _posterior(h[k : k + length], e[k : k + length])) for k in range(count - length + 1)]
+        tried = [
+            (k, k + length, _posterior(h[k : k + length], e[k : k + length], e[k:].min()))
+            for k in range(count - length + 1)
+        ]
         best = min(tried, key=lambda window: window[2].misfit)
         if best[2].misfit <= ACCEPTED_MISFIT:
             return best
