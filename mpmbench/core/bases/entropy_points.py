@@ -1,5 +1,7 @@
 """Maximum-entropy functions at one point after the other, inside the hull of the nodes and on it."""
 
+import numpy as np
+
 from mpmbench.core.bases.entropy_nodes import gather, weigh
 from mpmbench.core.bases.lean import lean, matrix, vector
 from mpmbench.core.bases.max_entropy import (
@@ -47,12 +49,13 @@ def evaluate_on_hull(cloud, x, p, found, work, row, index, phi, grad_phi):  # ty
     are within the tolerance; the gradient exists only as a limit, taken on the way to the middle of the support.
     """
     inside = matrix((0.0,), cloud.axes)
+    first = np.int64(0)  # for a literal 0 all that is called here would be compiled once more
     for d in range(len(cloud.axes)):
         inside[0, d] = x[p, d]
     for k in range(found):
         for d in range(len(cloud.axes)):
             inside[0, d] += INWARDS / found * (cloud.nodes[work.number[k], d] - x[p, d])
-    status, size, _, again = evaluate_inside(cloud, inside, 0, work, row, index, phi, grad_phi)
+    status, size, _, again = evaluate_inside(cloud, inside, first, work, row, index, phi, grad_phi)
     if status != DONE or again:
         return (TOO_NARROW if status == TOO_NARROW else FLAT), max(size, found)
 
