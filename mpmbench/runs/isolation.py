@@ -220,10 +220,11 @@ def ask(*request: Any, limits: dict[str, Any], on_progress: Callable[[float, flo
         When the child died or reached a limit.
     """
     global _child
-    if _child is not None and _child.connection.poll(0):  # it was killed while it waited
-        _child.end()
-        _child = None
-    child, _child = _child or new_child(), None
+    child, _child = _child, None
+    if child is not None and child.connection.poll(0):  # it was killed while it waited
+        child.end()
+        child = None
+    child = child or new_child()
     answer = child.ask(*request, limits=limits, on_progress=on_progress)
     if isinstance(answer, dict) and answer.get("status", "ok") not in ("ok", "not_applicable"):
         child.end()
