@@ -70,7 +70,8 @@ def main(arguments: list[str] | None = None) -> int:
     except OSError as error:
         if error.errno not in FULL_OR_FORBIDDEN:
             raise
-        print(f"mpmbench: {error.filename or 'a temporary file'}: {str(error.strerror).lower()}", file=sys.stderr)
+        place = error.filename2 or error.filename or "a temporary file"  # the second is that of a copy
+        print(f"mpmbench: {place}: {str(error.strerror).lower()}", file=sys.stderr)
         return 1
 
 

@@ -18,7 +18,7 @@ ERRORS = ("displacement", "velocity", "stress")
 def summary(record: Record, total_seconds: float) -> str:
     """A few lines about a single run."""
     scalars = record.scalars
-    lines = [f"{record.name}: {record.status}" + (f", {record.reason}" if record.reason else "")]
+    lines = [f"{record.name}: {record.outcome}" + (f", {record.reason}" if record.reason else "")]
     for name in ERRORS:
         relative = _first(scalars, f"error_{name}_rms_relative", f"error_{name}_relative")
         text = _quantity(scalars, f"error_{name}_rms")
@@ -40,7 +40,7 @@ def line(record: Record, number: int, total: int) -> str:
     width = len(str(total))
     error = _quantity(record.scalars, "error_displacement_rms")
     text = record.unwritten or record.reason or (f"displacement error {error}" if error else "")
-    return f"[{number:{width}}/{total}] {record.status:<13} {record.name:<44} {record.seconds:6.2f} s  {text}"
+    return f"[{number:{width}}/{total}] {record.outcome:<13} {record.name:<44} {record.seconds:6.2f} s  {text}"
 
 
 def failures(records: list[Record]) -> str:
@@ -48,7 +48,7 @@ def failures(records: list[Record]) -> str:
     rows = [f"{len(records)} of the runs failed:" if len(records) > 1 else "One run failed:"]
     for record in records:
         reason = "; ".join(part for part in (record.reason, record.unwritten) if part)
-        rows.append(f"  {record.status:<13} {record.name:<44} {reason}")
+        rows.append(f"  {record.outcome:<13} {record.name:<44} {reason}")
     return "\n".join(rows)
 
 

@@ -38,6 +38,11 @@ class Record:
         """Whether the run gives no complete result, although it should."""
         return self.status not in SUCCESS or bool(self.unwritten)
 
+    @property
+    def outcome(self) -> str:
+        """Its status, unless the result is lost."""
+        return "not written" if self.unwritten else self.status
+
     def as_dict(self) -> dict[str, Any]:
         """For a JSON file."""
         return asdict(self)
@@ -88,15 +93,15 @@ def check(cells: list[tuple[dict[str, Any], str]]) -> list[dict[str, Any]]:
     return list(answers)
 
 
-def check_folder(folder: Path) -> None:
-    """Raise `BadInput` when results cannot be written to `folder`; creates nothing."""
+def check_folder(folder: Path, what: str = "output_dir:") -> None:
+    """Raise `BadInput` when nothing can be written to `folder`, which is `what`; creates nothing."""
     existing = folder
     while not existing.exists() and existing != existing.parent:
         existing = existing.parent
     if not existing.is_dir():
-        raise BadInput(f"output_dir: {existing} is not a folder")
+        raise BadInput(f"{what} {existing} is not a folder")
     if not os.access(existing, os.W_OK | os.X_OK):
-        raise BadInput(f"output_dir: {existing} is not writable")
+        raise BadInput(f"{what} {existing} is not writable")
 
 
 def run(

@@ -38,7 +38,7 @@ def main(arguments: list[str]) -> int:
     if not files:
         raise BadInput(f"export {source}: there are no result files in it")
     target = (source if source.is_dir() else source.parent).absolute() / FOLDER
-    check_folder(target)
+    check_folder(target, "export:")
     unreadable = [file for file in files if read_attributes(file) is None]
     if not source.is_dir() and unreadable:
         raise BadInput(f"export {source}: not a readable result of mpmbench")

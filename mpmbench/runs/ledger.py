@@ -20,6 +20,7 @@ from mpmbench.runs.execute import Record
 from mpmbench.runs.schema import BadInput
 
 PREFIX = "mpmbench-sweep-"
+RESERVE = 2**18  # bytes kept free for the records of runs that end on a full disk
 LOOK_EVERY = 0.25  # seconds between two looks of a worker at the process that started it
 
 
@@ -35,8 +36,11 @@ class Ledger:
         self.forget_start(record.name)
 
     def started(self, name: str, fraction: float = 0.0) -> None:
-        """Leave a mark that a run has started, or how far it is."""
-        self._place(f"{name}.running", {"fraction": fraction})
+        """Leave a mark that a run has started, or how far it is; a full disk is no reason to end it."""
+        try:
+            self._place(f"{name}.running", {"fraction": fraction})
+        except OSError:
+            pass
 
     def ended(self) -> list[str]:
         """Names of the runs that have ended, in this order."""
@@ -103,7 +107,11 @@ class Ledger:
 
     def _place(self, name: str, content: Any) -> None:
         unfinished = self.folder / f".{name}.{os.getpid()}"
-        unfinished.write_text(json.dumps(content))
+        try:
+            unfinished.write_text(json.dumps(content))
+        except OSError:
+            (self.folder / "reserve").unlink(missing_ok=True)  # the disk is full
+            unfinished.write_text(json.dumps(content))
         unfinished.replace(self.folder / name)
 
 
@@ -136,6 +144,11 @@ def opened(parent: Path | None = None) -> Iterator[Ledger]:
             shutil.rmtree(leftover, ignore_errors=True)
     folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=parent)).absolute()
     ledger = Ledger(folder)
+    try:
+        (folder / "reserve").write_bytes(bytes(RESERVE))
+    except OSError as error:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise OSError(error.errno, error.strerror, str(place)) from None
     ledger._place("owner", {"pid": os.getpid(), "host": socket.gethostname(), "birth": birth(os.getpid())})
     try:
         yield ledger

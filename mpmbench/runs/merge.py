@@ -35,7 +35,7 @@ def main(arguments: list[str]) -> int:
             raise BadInput(f"merge {source}: there are no result files in it")
         if target.exists() and source.samefile(target):
             raise BadInput(f"merge {source}: this is the target itself")
-    check_folder(target.absolute())
+    check_folder(target.absolute(), "merge:")
     target.mkdir(parents=True, exist_ok=True)
     done = Merged()
     for source in sources:

@@ -14,6 +14,7 @@ STATUSES = (
     "ok", "diverged", "broke_down", "not_converged", "timeout", "crashed", "out_of_memory", "interrupted",
     "not_applicable",
 )  # fmt: skip
+HEADERS = 2**16  # bytes that a file holds besides its arrays, about
 
 
 def write(dataset: xr.Dataset, path: Path) -> None:
@@ -32,10 +33,19 @@ def write(dataset: xr.Dataset, path: Path) -> None:
         with open(temporary, "rb+") as file:
             os.fsync(file.fileno())
         temporary.replace(path)
-    except RuntimeError as error:  # how the netCDF library reports a full disk
-        raise OSError(str(error)) from None
+    except (OSError, RuntimeError) as error:  # the netCDF library hides that a disk is full
+        raise refusal(temporary, dataset.nbytes) or OSError(str(error)) from None
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def refusal(place: Path, size: int) -> OSError | None:
+    """What the system says to a file of that size [bytes] and its headers; None when it takes one."""
+    try:
+        place.write_bytes(bytes(size + HEADERS))
+    except OSError as error:
+        return error
+    return None
 
 
 def remove_leftovers(path: Path) -> None:

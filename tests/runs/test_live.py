@@ -5,6 +5,7 @@ import pty
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -37,6 +38,20 @@ def test_totals_and_what_may_be_left(capsys, monkeypatch):
         lines = view.status(ledger.running()).splitlines()
     assert lines[0] == "1 of 3 done, 1 running, 1 failed, about 10 s left"
     assert lines[1].split() == [cells[1].name, "50%", "0", "s"]
+
+
+def test_a_full_disk_still_takes_the_records_of_what_has_ended(monkeypatch):
+    def full(path, text):
+        if (path.parent / "reserve").exists():
+            raise OSError(28, "No space left on device")
+        return written(path, text)
+
+    written = Path.write_text
+    with opened() as ledger:
+        monkeypatch.setattr(Path, "write_text", full)
+        ledger.started("one")
+        ledger.note(Record("one", "ok", "", ""))
+        assert list(ledger.records()) == ["one"]
 
 
 @pytest.mark.parametrize(("seconds", "text"), [(-1, "0 s"), (42.4, "42 s"), (240, "4 min"), (7500, "2 h 5 min")])

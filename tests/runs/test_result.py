@@ -1,6 +1,7 @@
 """A result file is there whole or not at all."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -29,6 +30,15 @@ def test_a_write_that_fails_keeps_the_older_result_and_leaves_nothing(tmp_path, 
         result.write(DATASET.assign(value=2.0), path)
     assert list(tmp_path.iterdir()) == [path]
     assert result.read_scalars(path)[1]["value"] == (1.0, {"units": "m"})
+
+
+def test_the_reason_is_the_systems_and_not_the_librarys(tmp_path):
+    """On a full disk the netCDF library says that permission was denied, or that there was an error of HDF."""
+    path = tmp_path / "run.nc"
+    path.with_name(f".{path.name}.{os.getpid()}.tmp").symlink_to("/dev/full")
+    with pytest.raises(OSError, match="No space left on device"):
+        result.write(DATASET, path)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_writer_that_is_killed_leaves_no_result_and_its_remains_are_removed(tmp_path):
@@ -81,6 +91,7 @@ def test_a_full_disk_is_named_and_ends_with_exit_code_1(command, folder, monkeyp
     began = time.monotonic()
     outcome = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=folder)
     assert outcome.returncode == 1, outcome.stderr
-    assert "the result could not be written to" in outcome.stdout
+    assert ": not written" in outcome.stdout
+    assert re.search(r"result +the result could not be written to \S+: File too large\n", outcome.stdout)
     assert [path for path in folder.rglob("*") if path.is_file()] == []
     assert time.monotonic() - began < 60
