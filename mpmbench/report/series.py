@@ -214,7 +214,7 @@ def setting_name(key: str, value: Any) -> str:
     elif isinstance(value, bool):
         text = "on" if value else "off"
     else:
-        text = f"{value:g}" if isinstance(value, (int, float)) else str(value)
+        text = f"{value:g}" if isinstance(value, (int, float)) else str(value).replace("_", " ")
     unit = f" {UNITS[last]}" if last in UNITS and text != "default" else ""
     return f"{last.replace('_', ' ')} {text}{unit}"
 

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,6 +15,10 @@ from mpmbench.report.series import Series, Study
 OVERVIEW = ("error_displacement_rms", "error_stress_rms", "error_velocity_rms", "energy_drift", "momentum_drift")
 COUNTS = ("steps", "n_particles", "n_nodes", "n_cell_crossings")
 COSTS = ("solver_time", "compile_time", "wall_time", "peak_memory")
+LATEX = {character: "\\" + character for character in "&%_#${}"} | {
+    "\\": r"\textbackslash{}", "^": r"\^{}", "~": r"\textasciitilde{}", "<": "$<$", ">": "$>$",
+    "±": r"$\pm$", "²": "$^2$", "³": "$^3$",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -30,9 +35,19 @@ class Cell:
         if isinstance(self.value, (float, np.floating)):
             if not np.isfinite(self.value):
                 return ""
-            number = float(self.value)
-            return str(int(number)) if number.is_integer() and abs(number) < 1e7 else f"{number:.{self.digits}g}"
+            return number_text(float(self.value), self.digits)
         return str(self.value)
+
+
+def number_text(number: float, digits: int = 3) -> str:
+    """The leading digits, the last ones kept when they are zeros, unless the number has no more than it shows.
+
+    ``1.70e-06`` of 1.7031e-6, ``2114`` of 2114.2, ``0.01`` of 0.01, ``80`` of 80.
+    """
+    if abs(number) < 1e7 and (number.is_integer() or abs(number) >= 10.0**digits):
+        return str(round(number))
+    short = f"{number:.{digits}g}"
+    return short if float(short) == float(f"{number:.12g}") else f"{number:#.{digits}g}".removesuffix(".")
 
 
 @dataclass(frozen=True)
@@ -87,9 +102,9 @@ def _exact(value: Any) -> str:
 
 
 def _latex(text: str) -> str:
-    for plain, escaped in (("\\", r"\textbackslash{}"), ("&", r"\&"), ("%", r"\%"), ("_", r"\_"), ("#", r"\#")):
-        text = text.replace(plain, escaped)
-    return text.replace("±", r"$\pm$").replace("³", r"$^3$")
+    """Plain text for LaTeX; ``1.2e-05`` becomes a power of ten."""
+    escaped = "".join(LATEX.get(character, character) for character in text)
+    return re.sub(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]\d+)\b", lambda m: rf"${m[1]} \times 10^{{{int(m[2])}}}$", escaped)
 
 
 def orders(study: Study, estimates: dict[str, dict[str, OrderEstimate]]) -> Table | None:

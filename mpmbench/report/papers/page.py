@@ -9,7 +9,7 @@ import jinja2
 
 from mpmbench.analysis.convergence import INTERVAL_MEANING
 from mpmbench.report import style, tables
-from mpmbench.report.claims import HOLDS, MissingRuns, claims_table
+from mpmbench.report.claims import HOLDS, UNDECIDED, MissingRuns, claims_table
 from mpmbench.report.page import Picture, Writer
 from mpmbench.report.papers.parts import Campaigns, Chapter, Paper, find, read_campaigns
 from mpmbench.report.series import studies
@@ -150,6 +150,7 @@ def _html(
         paper=paper,
         claims=verdicts,
         holds=HOLDS,
+        undecided=UNDECIDED,
         chapters=chapters,
         pictures=pictures,
         lists=lists,

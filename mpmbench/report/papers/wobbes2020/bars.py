@@ -26,9 +26,9 @@ def fig5_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "fig5",
         "Fig. 5: stress in the bar with fixed ends",
-        "Grid crossing causes severe oscillations in the stress of MPM-P1 on 512 nodes. OTM-P1 prevents them, but its "
-        "stress is piecewise constant. The unified method is smooth and accurate on 32 nodes; results with max-ent "
-        "functions are similar and not shown.",
+        "The paper: grid crossing causes severe oscillations in the stress of MPM-P1 on 512 nodes. OTM-P1 prevents "
+        "them, but its stress is piecewise constant. The unified method is smooth and accurate on 32 nodes; results "
+        "with max-ent functions are similar and not shown.",
     )
     shown = {"MPM-P1": 511, "OTM-P1": 511, "unified": 31, "OTM-maxent": 31}
     figure, axes = panels(4, 2)
@@ -57,9 +57,9 @@ def fig6_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "fig6",
         "Fig. 6: convergence on the bar with fixed ends",
-        "MPM and OTM with piecewise-linear functions converge with order 2 on coarse grids; on fine ones MPM loses it "
-        "to grid crossing, OTM keeps it until the last refinement. With max-ent functions the order is between 1 and "
-        "2. BSMPM and the unified method have order 3 until a limiting value is reached.",
+        "The paper: MPM and OTM with piecewise-linear functions converge with order 2 on coarse grids; on fine ones "
+        "MPM loses it to grid crossing, OTM keeps it until the last refinement. With max-ent functions the order is "
+        "between 1 and 2. BSMPM and the unified method have order 3 until a limiting value is reached.",
     )
     page.convergence(campaigns["fig6"], (ERROR, STRESS))
     rows = []
@@ -81,9 +81,9 @@ def fig7_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "fig7",
         "Fig. 7: stress in the bar with dynamic traction",
-        "MPM-maxent and BSMPM leave the solution at the right edge. In BSMPM more particles reduce this, which "
-        "suggests quadrature errors; in MPM-maxent the set of functions is incomplete. OTM-P1, OTM-maxent and the "
-        "unified method are significantly more accurate than their MPM counterparts.",
+        "The paper: MPM-maxent and BSMPM leave the solution at the right edge. In BSMPM more particles reduce this, "
+        "which suggests quadrature errors; in MPM-maxent the set of functions is incomplete. OTM-P1, OTM-maxent and "
+        "the unified method are significantly more accurate than their MPM counterparts.",
     )
     figure, axes = panels(len(METHODS), 3, height=1.4)
     files = []
@@ -170,8 +170,8 @@ def fig8_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "fig8",
         "Fig. 8: convergence on the bar with dynamic traction",
-        "The unified approach and BSMPM have the lowest error and the highest order. All orders are slightly lower "
-        "than expected, because the stress is not smooth.",
+        "The paper: the unified approach and BSMPM have the lowest error and the highest order. All orders are "
+        "slightly lower than expected, because the stress is not smooth.",
     )
     page.convergence(campaigns["fig8"], (ERROR, STRESS))
     page.notes.append(

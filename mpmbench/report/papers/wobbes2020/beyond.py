@@ -94,6 +94,8 @@ def amplitude_chapter(campaigns: Campaigns) -> Chapter:
             errors = [cell(campaigns, "amplitude_floor", ERROR, resolution=n, **match) for n in FLOOR_CELLS]
             crossings = cell(campaigns, "amplitude_floor", "n_cell_crossings", resolution=FLOOR_CELLS[-1], **match)
             known = [(n, e.value) for n, e in zip(FLOOR_CELLS, errors, strict=True) if isinstance(e.value, float)]
+            if not known:
+                raise MissingRuns(f"amplitude_floor: no run of {name} with {amplitude:g} m/s has finished")
             label = f"{name.upper()}, {amplitude:g} m/s"
             axes.loglog(*zip(*known, strict=True), label=label, **style.line(name, "linear", k))
             rows.append([Cell(name.upper()), Cell(amplitude), *errors, crossings])

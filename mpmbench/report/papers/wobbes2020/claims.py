@@ -9,6 +9,7 @@ from mpmbench.report.papers.wobbes2020.beyond import floor_growth
 from mpmbench.report.papers.wobbes2020.support import ERROR, METHODS, MOVING, STRESS, TIME, method
 from mpmbench.report.papers.wobbes2020.survival import CUTOFFS, LAYOUTS, NODES, SIGNS
 from mpmbench.report.papers.wobbes2020.table1 import PAPER, ratios
+from mpmbench.report.tables import number_text
 
 PAIRS = {"OTM-P1": "MPM-P1", "OTM-maxent": "MPM-maxent", "unified": "BSMPM"}
 Answer = tuple[str, str]
@@ -55,7 +56,8 @@ def maxent_accurate(runs: Runs) -> Answer:
             )
             gains[scheme, n] = linear / maxent
     least = min(gains.values())
-    because = f"on 8 to 64 nodes max-ent errors are {least:.3g} to {max(gains.values()):.3g} times smaller"
+    most = max(gains.values())
+    because = f"on 8 to 64 nodes max-ent errors are {number_text(least)} to {number_text(most)} times smaller"
     return (HOLDS if least > 5.0 else FAILS), because
 
 

@@ -85,7 +85,7 @@ def errata_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "errata",
         "The equations as printed, and the order of max-ent",
-        "Fig. 6 shows max-ent functions with an order between 1 and 2, and B-splines with order 3.",
+        "The paper: with max-ent functions the order is between 1 and 2, with B-splines it is 3 (Fig. 6).",
     )
     everything = [(name, what, variant_errors(campaigns, match)) for name, what, match in VARIANTS]
     for name, match in NORMS.items():

@@ -41,9 +41,10 @@ def fig9_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "fig9",
         "Fig. 9: stress in the plate in axis-aligned motion",
-        "With piecewise-linear functions the stress is piecewise constant, and in MPM it deviates by grid crossing. "
-        "Max-ent functions (supports of 3 node spacings with MPM, of 2 with OTM) are considerably more accurate; the "
-        "unified approach and BSMPM are smoother still and in close agreement with the analytical solution.",
+        "The paper: with piecewise-linear functions the stress is piecewise constant, and in MPM it deviates by grid "
+        "crossing. Max-ent functions (supports of 3 node spacings with MPM, of 2 with OTM) are considerably more "
+        "accurate; the unified approach and BSMPM are smoother still and in close agreement with the analytical "
+        "solution.",
     )
     figure, axes = panels(len(SHOWN), 3, height=1.4)
     files = []

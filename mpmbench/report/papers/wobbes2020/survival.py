@@ -24,8 +24,8 @@ def breakdown_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "breakdown",
         "Sect. 8.2: break-down with consistent mass",
-        "When a material point enters an empty element, BSMPM inherits stability issues from MPM: changing the total "
-        "number of nodes to 81 results in a termination after 0.3 s. The unified method stays stable.",
+        "The paper: when a material point enters an empty element, BSMPM inherits stability issues from MPM: changing "
+        "the total number of nodes to 81 results in a termination after 0.3 s. The unified method stays stable.",
     )
     rows, times = [], []
     for name in ("BSMPM", "MPM-maxent", "unified"):

@@ -50,9 +50,9 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "table1",
         "Table 1: computational times",
-        "On the coarse grid the methods based on MPM are faster than those based on OTM; on the fine one the functions "
-        "decide, and B-splines need less than half the time of max-ent functions. The max-ent computations were made "
-        "without a search algorithm.",
+        "The paper: on the coarse grid the methods based on MPM are faster than those based on OTM; on the fine one "
+        "the functions decide, and B-splines need less than half the time of max-ent functions. The max-ent "
+        "computations were made without a search algorithm.",
     )
     rows = []
     figure, axes = single(height=2.5, width=1.5 * style.COLUMN)
