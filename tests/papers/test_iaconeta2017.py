@@ -67,7 +67,8 @@ def test_surface_and_moving_picture():
     x, y = soil.surface(position, 0.1)
     assert np.allclose(x, [0.05, 0.15, 0.45])
     assert np.allclose(y, [0.4, 0.2, 0.3])
-    gif = soil.moving_picture(np.array([0.0, 1.0, 2.0]), np.stack([position] * 3), np.zeros((3, 4)))
+    moving = np.stack([position, position + 0.5, position + 1.0])
+    gif = soil.moving_picture(np.array([0.0, 1.0, 2.0]), moving, np.zeros((3, 4)))
     assert gif.startswith(b"GIF89a")
     assert gif.count(b"\x21\xf9\x04") >= 2  # frames
 

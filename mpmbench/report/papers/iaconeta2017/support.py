@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.tri import Triangulation
 
 from mpmbench.report import style
 from mpmbench.report.papers.parts import Campaigns, subset
@@ -19,7 +20,7 @@ METHODS: dict[str, dict[str, str]] = {
 }
 LINES = {"UL-FEM": "-", "MPM": "--", "GMM-MLS": "-", "GMM-LME": ":"}
 COLOURS = {"UL-FEM": "#E69F00", "MPM": "#0072B2", "GMM-MLS": "#CC79A7", "GMM-LME": "#009E73"}
-LARGEST_CLOUD = 4000  # particles that a picture shows; more are thinned evenly
+MOST_POINTS = 400  # of a drawn history
 
 
 def look(name: str) -> dict[str, Any]:
@@ -59,11 +60,10 @@ def single(height: float = 2.8, width: float = style.COLUMN) -> tuple[Figure, Ax
 
 def particles(axes: Axes, position: np.ndarray, values: np.ndarray, limits: tuple[float, float], size: float) -> Any:
     """Particles as coloured dots, drawn as an image inside the figure; no grid, equal scales."""
-    step = max(1, len(position) // LARGEST_CLOUD)
     dots = axes.scatter(
-        position[::step, 0],
-        position[::step, 1],
-        c=values[::step],
+        position[:, 0],
+        position[:, 1],
+        c=values,
         s=size,
         vmin=limits[0],
         vmax=limits[1],
@@ -74,6 +74,26 @@ def particles(axes: Axes, position: np.ndarray, values: np.ndarray, limits: tupl
     axes.set_aspect("equal")
     axes.grid(False)
     return dots
+
+
+def contours(
+    axes: Axes, start: np.ndarray, position: np.ndarray, values: np.ndarray, levels: np.ndarray, colours: str
+) -> Any:
+    """Filled contours of values at particles, shapes (P, 2), (P, 2) and (P,): joined up as at the `start`."""
+    triangles = Triangulation(start[:, 0], start[:, 1]).triangles
+    mesh = Triangulation(position[:, 0], position[:, 1], triangles)
+    filled = axes.tricontourf(mesh, values, levels=levels, cmap=colours, extend="both")
+    filled.set_rasterized(True)
+    axes.set_aspect("equal")
+    axes.grid(False)
+    return filled
+
+
+def thinned(*histories: np.ndarray) -> tuple[np.ndarray, ...]:
+    """The same histories with at most `MOST_POINTS` instants, the last one among them: enough for a curve."""
+    last = len(histories[0]) - 1
+    kept = np.unique(np.linspace(0, last, min(MOST_POINTS, last + 1)).round().astype(int))
+    return tuple(one[kept] for one in histories)
 
 
 def with_digits(digits: int, found: Cell) -> Cell:
