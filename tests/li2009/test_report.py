@@ -1,12 +1,17 @@
-"""The report: chapters and claims wait for missing runs, and ask for experiments that exist."""
+"""The report: chapters and claims wait for missing runs, and ask for experiments that exist; verdicts follow rules."""
 
 import re
+from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
-from mpmbench.report.claims import UNDECIDED, MissingRuns, judge
+from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, MissingRuns, judge
 from mpmbench.report.papers import find
+from mpmbench.report.papers.li2009 import claims
+from mpmbench.report.papers.li2009.bar import BARS
 from mpmbench.report.papers.parts import Campaigns
 from mpmbench.runs.schema import experiments
 
@@ -32,3 +37,82 @@ def test_campaigns_are_experiments() -> None:
     assert names == {name for name in names if re.search(f'"{name}"', text)}
     asked = set(re.findall(r'campaigns\["(\w+)"\]|campaigns, "(\w+)"|runs\.\w+\(\s*"(\w+)"', text))
     assert {name for group in asked for name in group if name} <= names
+
+
+def answer(rule: Callable[[Any], tuple[str, str]], number: Callable[..., float]) -> str:
+    """Verdict of a rule on runs that all finish, with their numbers told by a function of quantity and match."""
+    runs = SimpleNamespace(
+        number=lambda campaign, quantity, **match: number(campaign, quantity, match),
+        order=lambda campaign, quantity, cells, **match: SimpleNamespace(order=number(campaign, quantity, match)),
+        status=lambda campaign, **match: "ok",
+    )
+    return rule(runs)[0]
+
+
+@pytest.mark.parametrize(
+    ("limit", "verdict"), [(0.0, HOLDS), (2.0, "holds when gamma is 2.4 or more"), (10.0, FAILS)], ids=str
+)
+def test_verdict_on_the_tensile_instability(limit: float, verdict: str) -> None:
+    """Of a map that is unstable for gamma below the limit from a stretch of 1.5."""
+
+    def growth(campaign: str, quantity: str, match: dict[str, Any]) -> float:
+        return 1e9 if match["basis__gamma"] < limit and match["problem__stretch"] >= 1.5 else 1.0
+
+    assert answer(claims.avoids_tensile_instability, growth) == verdict
+
+
+@pytest.mark.parametrize(
+    ("bad", "verdict"),
+    [
+        ("", HOLDS),
+        ("OTM, lumped, 1 particle per cell", "holds when there are two particles per cell"),
+        ("OTM, consistent mass", FAILS),
+    ],
+)
+@pytest.mark.parametrize(
+    ("quantity", "value"),
+    [
+        ("tip_displacement_error", 0.04),
+        ("tip_displacement_max", 1.04 * claims.AMPLITUDE),
+        ("tip_displacement_min", -1.07 * claims.AMPLITUDE),
+        ("tip_velocity_max", 7.1),
+    ],
+)
+def test_verdict_on_the_bar(bad: str, verdict: str, quantity: str, value: float) -> None:
+    good = {
+        "tip_displacement_error": 0.02,
+        "tip_displacement_max": 1.01 * claims.AMPLITUDE,
+        "tip_displacement_min": -1.02 * claims.AMPLITUDE,
+        "tip_velocity_max": 6.5,
+    }
+
+    def number(campaign: str, asked: str, match: dict[str, Any]) -> float:
+        return value if asked == quantity and bad and match == BARS[bad] else good[asked]
+
+    assert answer(claims.bar_as_fem, number) == verdict
+
+
+@pytest.mark.parametrize(
+    ("strip", "cylinder", "verdict"),
+    [(1.5, 1.9, HOLDS), (1.5, 2.1, "holds when gamma is 4"), (9.0, 1.0, "holds when gamma is 4")],
+)
+def test_verdict_on_more_dimensions(strip: float, cylinder: float, verdict: str) -> None:
+    """Wide functions with these errors over those of the line, narrow ones as good as the line."""
+
+    def number(campaign: str, quantity: str, match: dict[str, Any]) -> float:
+        if match.get("basis__gamma") != 1.8:
+            return 1e-3
+        return {"fig4_7": strip, "fig4_9": cylinder}[campaign] * 1e-3
+
+    assert answer(claims.more_dimensions, number) == verdict
+
+
+def test_verdict_on_irregular_nodes() -> None:
+    for plain, mended, begins in (
+        (1.8, 1.9, HOLDS),
+        (0.2, 1.9, "holds when gradients are corrected"),
+        (0.2, 0.3, FAILS),
+    ):
+        rates = {"exact": plain, "consistent": mended}
+        found = answer(claims.irregular_density, lambda _, __, match, rates=rates: rates[match["basis__gradient"]])
+        assert found.startswith(begins)

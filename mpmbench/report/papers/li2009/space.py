@@ -11,6 +11,7 @@ from mpmbench.report.papers.parts import Campaigns, Chapter, cell
 from mpmbench.report.tables import Cell, Table
 
 COLOURS: dict[str, Any] = {"cmap": "viridis", "vmin": 0.0, "vmax": 2.2, "rasterized": True}  # velocity [m/s]
+VIEW = (30.0, 18.0)  # turn about the vertical and tilt [degrees]
 STRIP: dict[str, dict[str, Any]] = {
     "gamma = 1.8": OTM | {"basis__gamma": 1.8, "basis__gradient": "exact", "particles_per_cell": 1},
     "gamma = 4": OTM | {"basis__gamma": 4.0},
@@ -83,26 +84,20 @@ def cylinder_chapter(campaigns: Campaigns) -> Chapter:
         "Figs. 4.8 and 4.9: the shock down a cylinder",
         "In 3D, 2907 nodes and 14,700 material points: a sequence of snapshots of the deformed configuration.",
     )
-    figure, axes = panels(4, 1, height=1.7, subplot_kw={"projection": "3d"})
     file, found = variables(campaigns, "fig4_9", *FIELDS, **CYLINDER["gamma = 4"])
-    X, times = 1e3 * found["position_initial"], found["snapshot_time"]
-    surface = np.hypot(X[:, 1], X[:, 2]) > 0.6 * np.hypot(X[:, 1], X[:, 2]).max()
-    views = [(X, found["velocity"][-1], f"reference configuration, t = {1e3 * times[-1]:.2f} ms")]
-    views += [
-        (1e3 * found["position"][k], found["velocity"][k], f"t = {1e3 * times[k]:.2f} ms") for k in range(1, len(times))
-    ]
-    for axis, (x, v, title) in zip(axes[:, 0], views, strict=True):
-        picture = axis.scatter(*x[surface].T, c=v[surface, 0], s=1.5, linewidths=0.0, depthshade=False, **COLOURS)
-        axis.set_box_aspect((43.4, 7.0, 7.0), zoom=1.3)
-        axis.view_init(elev=18, azim=-72)
-        axis.set_xlim(0.0, 43.4)
-        axis.set_title(title, pad=-8, fontsize=7)
-        axis.tick_params(labelsize=5, pad=-3)
-        axis.set_yticks([])
-        axis.set_zticks([])
-    figure.colorbar(picture, ax=list(axes[:, 0]), label="velocity [m/s]", shrink=0.5)
-    caption = "Material points near the surface, lumped mass, gamma = 4; lengths in mm."
-    page.draw("cylinder", "Velocity in the cylinder", caption, figure, [file])
+    figure, axes = panels(3, 2, height=1.05)
+    X = found["position_initial"]
+    kept = (X[:, 1] >= 0.0) | (X[:, 2] <= 0.0)
+    for row, k in enumerate(range(1, len(found["snapshot_time"]))):
+        for axis, x, name in zip(axes[row], (X, found["position"][k]), ("reference", "deformed"), strict=True):
+            picture = _body(axis, 1e3 * x[kept], found["velocity"][k, kept, 0])
+            axis.set_title(f"{name}, t = {1e3 * found['snapshot_time'][k]:.2f} ms", pad=0, fontsize=7)
+    figure.colorbar(picture, ax=list(axes.ravel()), label="velocity [m/s]", shrink=0.7)
+    caption = (
+        "Material points, a quarter of the cylinder cut away, where they were at first (Fig. 4.8) and where they are "
+        "(Fig. 4.9); lumped mass, gamma = 4. The scale is in mm along the axis."
+    )
+    page.draw("cylinder", "Velocity in the cylinder at three instants", caption, figure, [file])
     files = _along(page, campaigns)
     assert file in files
     page.add(_errors(campaigns, "fig4_9", CYLINDER))
@@ -111,6 +106,28 @@ def cylinder_chapter(campaigns: Campaigns) -> Chapter:
         "tenth along one axis leaves a point the neighbours that it had."
     )
     return page
+
+
+def _body(axis: Axes, x: np.ndarray, v: np.ndarray) -> Any:
+    """Points in space [mm], seen along parallel rays from the front of the end that is driven, far ones first."""
+    turn, tilt = np.deg2rad(VIEW)
+
+    def seen(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        away = x[:, 0] * np.sin(turn) + x[:, 1] * np.cos(turn)
+        across = x[:, 0] * np.cos(turn) - x[:, 1] * np.sin(turn)
+        return across, x[:, 2] * np.cos(tilt) + away * np.sin(tilt), away * np.cos(tilt) - x[:, 2] * np.sin(tilt)
+
+    across, up, depth = seen(x)
+    order = np.argsort(-depth)
+    picture = axis.scatter(across[order], up[order], c=v[order], s=2.5, linewidths=0.0, **COLOURS)
+    low, marks = -1.4 * float(np.hypot(x[:, 1], x[:, 2]).max()), np.arange(0.0, 41.0, 10.0)
+    across, up, _ = seen(np.column_stack([marks, np.zeros_like(marks), np.full_like(marks, low)]))
+    axis.plot(across, up, "|-", color="#555555", lw=0.6, ms=4, mew=0.6)
+    for mark, place, height in zip(marks, across, up, strict=True):
+        axis.text(place, height - 0.7, f"{mark:g}", size=6, ha="center", va="top", color="#555555")
+    axis.set_aspect("equal")
+    axis.set_axis_off()
+    return picture
 
 
 def _along(page: Chapter, campaigns: Campaigns) -> list[str]:
