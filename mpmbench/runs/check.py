@@ -93,7 +93,10 @@ def declaration(kind: str, name: str) -> str:
     """What is wrong with the YAML file of a plug-in; empty when nothing is."""
     if name not in options(kind):
         return f"conf/{kind}/{name}.yaml is missing beside it"
-    given = declared(kind, name).get("name")
+    try:
+        given = declared(kind, name).get("name")
+    except BadInput as error:
+        return str(error)
     return "" if given == name else f"conf/{kind}/{name}.yaml has name: {given}, not {name}"
 
 

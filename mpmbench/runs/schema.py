@@ -44,9 +44,20 @@ _Loader.add_implicit_resolver(
 
 @cache
 def read_yaml(path: Path) -> dict[str, Any]:
-    """Content of a YAML file."""
-    # CSafeLoader's own rules come first, so that whole numbers stay whole.
-    content = yaml.load(path.read_text(encoding="utf-8"), _Loader)
+    """Content of a YAML file.
+
+    Raises
+    ------
+    BadInput
+        When it is none, with the line.
+    """
+    try:
+        # CSafeLoader's own rules come first, so that whole numbers stay whole.
+        content = yaml.load(path.read_text(encoding="utf-8"), _Loader)
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        mark = getattr(error, "problem_mark", None)
+        place = f"{path}, line {mark.line + 1}" if mark else str(path)
+        raise BadInput(f"{place}: not valid YAML: {getattr(error, 'problem', None) or error}") from None
     return content if isinstance(content, dict) else {}
 
 

@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from mpmbench.runs import compose, scoring
+from mpmbench.runs import check, compose, scoring
 from mpmbench.runs.schema import PACKAGE, options
 from tests.runs.conftest import PLUGINS
 
@@ -84,11 +84,20 @@ def test_files_that_are_no_plugins(command, folder, text, sentence):
     assert sentence in outcome.err and outcome.err.count("\n") == 1
 
 
-def test_a_plugin_without_its_yaml_file(command, folder):
-    shutil.copy(OUTSIDE / "stored_hat.py", folder)
-    outcome = command("check", "stored_hat.py")
-    assert outcome.code == 1
-    assert "conf/basis/stored_hat.yaml is missing beside it" in outcome.out
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (None, "conf/basis/stored_hat.yaml is missing beside it"),
+        ("name: other", "conf/basis/stored_hat.yaml has name: other, not stored_hat"),
+        ("name: [unclosed\n", "conf/basis/stored_hat.yaml, line 2: not valid YAML: did not find expected ',' or ']'"),
+    ],
+)
+def test_a_plugin_with_a_bad_yaml_file_or_none(folder, monkeypatch, text, sentence):
+    monkeypatch.setenv("MPMBENCH_PLUGINS", str(folder))
+    (folder / "conf/basis").mkdir(parents=True)
+    if text is not None:
+        (folder / "conf/basis/stored_hat.yaml").write_text(text)
+    assert sentence in check.declaration("basis", "stored_hat")
 
 
 @pytest.mark.parametrize("name", options("problem"))
@@ -96,8 +105,8 @@ def test_our_own_problems_keep_the_contract(name):
     ((config, _),) = compose.compose_many([[f"problem={name}"]])
     ((_, case, checks),) = scoring.cases("problem", name, config)
     assert len(checks) == 5
-    for check in checks.values():
-        finding = check(case)
+    for one in checks.values():
+        finding = one(case)
         assert finding.passed, finding.text
 
 
