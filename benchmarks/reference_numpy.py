@@ -16,10 +16,10 @@ def functions_along(spline: TensorSpline, axis: int, x: np.ndarray) -> tuple[np.
     spans = spline.cells[axis]
     span = np.clip(((x - grid.breaks[axis, 0]) * grid.axes[axis]).astype(np.int64), 0, spans - 1)
     t = (x - grid.breaks[axis, span]) * grid.inverse_width[axis, span]
-    coefficients = grid.coefficients[axis, span]
+    coefficients = grid.coefficients[axis, span, :, : spline.degree + 1]
     powers = t[:, None] ** np.arange(spline.degree + 1)
-    value = np.einsum("pak,pk->pa", coefficients, powers)
-    slope = np.einsum("pak,pk->pa", coefficients[:, :, 1:] * np.arange(1, spline.degree + 1), powers[:, :-1])
+    value = np.einsum("pka,pk->pa", coefficients, powers)
+    slope = np.einsum("pka,pk->pa", coefficients[:, 1:] * np.arange(1, spline.degree + 1)[:, None], powers[:, :-1])
     return span, value, slope * grid.inverse_width[axis, span][:, None]
 
 

@@ -12,6 +12,7 @@ from mpmbench.core.mass import Mass
 from mpmbench.core.materials import Material
 from mpmbench.core.methods import Choices
 from mpmbench.core.particles import Particles
+from mpmbench.core.rows import lanes_for
 from mpmbench.core.threads import chunks
 from mpmbench.core.transfer import NodalSums
 
@@ -127,5 +128,5 @@ class State:
         self.law = self.material.law
         self.axes = (0.0,) * self.particles.dimension
         self.initial_nodes = self.basis.nodes.copy()
-        self.cells = np.zeros((len(chunks(len(self.particles.x))), 0, 2 * self.particles.dimension))
+        self.cells = np.zeros((len(chunks(len(self.particles.x))), 0, len(lanes_for(2 * self.particles.dimension))))
         self.sums = NodalSums(len(self.fixed), len(self.particles.x), self.particles.dimension)

@@ -8,9 +8,10 @@ import numpy as np
 
 from mpmbench.core import threads
 from mpmbench.core.algebra import determinant, multiply
-from mpmbench.core.bases.handle import count, index, locate, scratch, value
+from mpmbench.core.bases.handle import count, index, interpolate, locate, scratch, spread, value
 from mpmbench.core.compiled import inlined, kernel, lean, matrix, vector
 from mpmbench.core.materials import cauchy_stress, energy_density
+from mpmbench.core.rows import add_multiple, lanes_for
 
 
 class NodalSums:
@@ -19,13 +20,14 @@ class NodalSums:
     Parameters
     ----------
     nodes, particles, dimension : int
-        Fix the sizes: every chunk of particles adds to an array of its own, shape (N, 1 + 2 dim).
+        Fix the sizes: every chunk of particles adds to an array of its own, shape (N, lanes).
     """
 
     def __init__(self, nodes: int, particles: int, dimension: int) -> None:
-        self._parts = np.zeros((len(threads.chunks(particles)), nodes, 1 + 2 * dimension))
+        self._lanes = lanes_for(1 + 2 * dimension)
+        self._parts = np.zeros((len(threads.chunks(particles)), nodes, len(self._lanes)))
         self._touched = np.zeros((len(self._parts), 2), dtype=np.int64)
-        self._cells = np.zeros((len(self._parts), 0, 1 + 2 * dimension))
+        self._cells = np.zeros((len(self._parts), 0, len(self._lanes)))
 
     def __call__(self, phi, x, m, v, V, sigma, m_i, q_i, f_i) -> None:  # type: ignore[no-untyped-def]
         """``m_i = sum m_p phi_i``, ``q_i = sum m_p phi_i v_p``, ``f_i = - sum V_p sigma_p grad phi_i``.
@@ -35,7 +37,7 @@ class NodalSums:
         self._cells = at_least(self._cells, phi.width)
 
         def add(c: int, start: int, stop: int) -> None:
-            p2g(phi, x, m, v, V, sigma, self._parts[c], self._cells[c], self._touched[c], start, stop)
+            p2g(phi, self._lanes, x, m, v, V, sigma, self._parts[c], self._cells[c], self._touched[c], start, stop)
 
         threads.run(add, len(x))
         collect(self._parts, self._touched, m_i, q_i, f_i)
@@ -47,45 +49,43 @@ def at_least(cells: np.ndarray, width: int) -> np.ndarray:
 
 
 @lean
-def p2g(phi, x, m, v, V, sigma, sums, cell, touched, start, stop):  # type: ignore[no-untyped-def]
+def p2g(phi, lanes, x, m, v, V, sigma, sums, cell, touched, start, stop):  # type: ignore[no-untyped-def]
     """Add mass, momentum and internal force of particles start to stop to ``sums[i] = (m, q, f)``.
 
-    `sums` has the shape (N, 1 + 2 dim); `cell` holds the same for the functions of one cell; `touched` returns the
-    range of node numbers that were added to.
+    `sums` has the shape (N, lanes); `cell` holds the same for the functions of one cell; `touched` returns the range of
+    node numbers that were added to.
     """
     dim = len(phi.axes)
-    work, grad_phi, momentum, stress = scratch(phi), vector(phi.axes), vector(phi.axes), matrix(phi.axes, phi.axes)
+    work, columns = scratch(phi), matrix((0.0, *phi.axes), lanes)
+    for r in range(1 + dim):
+        for c in range(len(lanes)):
+            columns[r, c] = 0.0
     touched[0], touched[1] = sums.shape[0], 0
     last = -1
     for p in range(start, stop):
         at = locate(phi, x, p, work)
         if at != last:
             if last >= 0:
-                add_cell(phi, last, cell, sums, touched)
+                add_cell(phi, last, lanes, cell, sums, touched)
             last = at
+        columns[0, 0] = m[p]
         for d in range(dim):
-            momentum[d] = m[p] * v[p, d]
+            columns[0, 1 + d] = m[p] * v[p, d]
             for e in range(dim):
-                stress[d, e] = -V[p] * sigma[p, d, e]
-        for k in range(count(phi, at)):
-            phi_i = value(phi, at, k, work, grad_phi)
-            cell[k, 0] += m[p] * phi_i
-            for d in range(dim):
-                cell[k, 1 + d] += phi_i * momentum[d]
-                for e in range(dim):
-                    cell[k, 1 + dim + d] += stress[d, e] * grad_phi[e]
+                columns[1 + e, 1 + dim + d] = -V[p] * sigma[p, d, e]
+        spread(phi, at, work, lanes, columns, cell)
     if last >= 0:
-        add_cell(phi, last, cell, sums, touched)
+        add_cell(phi, last, lanes, cell, sums, touched)
 
 
 @lean
-def add_cell(phi, at, cell, sums, touched):  # type: ignore[no-untyped-def]
+def add_cell(phi, at, lanes, cell, sums, touched):  # type: ignore[no-untyped-def]
     """Add the sums of one cell to its nodes and set them back to zero."""
     for k in range(count(phi, at)):
         i = index(phi, at, k)
         touched[0], touched[1] = min(touched[0], i), max(touched[1], i + 1)
-        for c in range(cell.shape[1]):
-            sums[i, c] += cell[k, c]
+        add_multiple(lanes, sums, i, 1.0, cell, k)
+        for c in range(len(lanes)):
             cell[k, c] = 0.0
 
 
@@ -145,7 +145,7 @@ def p2g_internal_force(phi, x, V, sigma, f_i):  # type: ignore[no-untyped-def]
 
 @lean
 def g2p(  # type: ignore[no-untyped-def]
-    phi, law, x, v, F, L, V, V0, state, sigma, v_i, a_i, flip, dt, velocity, strain, position, cell, start, stop
+    phi, lanes, law, x, v, F, L, V, V0, state, sigma, v_i, a_i, flip, dt, velocity, strain, position, cell, start, stop
 ):
     """Update particles start to stop from nodal velocities and accelerations; three switches say what is updated.
 
@@ -154,10 +154,10 @@ def g2p(  # type: ignore[no-untyped-def]
     (Eqs. 28-30, 53-55, 98, 99 corrected)
     position: ``x_p += dt sum_i phi_i v_i`` (Eqs. 26, 52, 96)
 
-    Particles without volume are not strained. `cell` holds (v_i, a_i) of the functions of one cell.
+    Particles without volume are not strained. `cell`, shape (K, lanes), holds (v_i, a_i) of the functions of one cell.
     """
     dim = len(phi.axes)
-    work, grad_phi, increment, interpolated = scratch(phi), vector(phi.axes), vector(phi.axes), vector(phi.axes)
+    work, sums = scratch(phi), matrix((0.0, *phi.axes), lanes)  # (v, a) at the particle, and their gradients
     velocity_gradient, F_p, sigma_p = matrix(phi.axes, phi.axes), matrix(phi.axes, phi.axes), matrix(phi.axes, phi.axes)
     last = -1
     for p in range(start, stop):
@@ -168,22 +168,14 @@ def g2p(  # type: ignore[no-untyped-def]
                 for d in range(dim):
                     cell[k, d], cell[k, dim + d] = v_i[i, d], a_i[i, d]
             last = at
-        for d in range(dim):
-            increment[d], interpolated[d] = 0.0, 0.0
-            for e in range(dim):
-                velocity_gradient[d, e] = 0.0
-        for k in range(count(phi, at)):
-            phi_i = value(phi, at, k, work, grad_phi)
-            for d in range(dim):
-                increment[d] += phi_i * cell[k, dim + d]
-                interpolated[d] += phi_i * cell[k, d]
-                for e in range(dim):
-                    velocity_gradient[d, e] += cell[k, d] * grad_phi[e]
+        interpolate(phi, at, work, lanes, cell, sums)
         for d in range(dim):
             if velocity:
-                v[p, d] = flip * (v[p, d] + dt * increment[d]) + (1.0 - flip) * interpolated[d]
+                v[p, d] = flip * (v[p, d] + dt * sums[0, dim + d]) + (1.0 - flip) * sums[0, d]
             if position:
-                x[p, d] += dt * interpolated[d]
+                x[p, d] += dt * sums[0, d]
+            for e in range(dim):
+                velocity_gradient[d, e] = sums[1 + e, d]
         if strain and V0[p] > 0.0:
             J = deform(phi.axes, velocity_gradient, dt, F, L, F_p, p)
             V[p] = V0[p] * J

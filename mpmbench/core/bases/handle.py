@@ -8,6 +8,8 @@ A kernel reads, for any basis and any dimension::
         for k in range(count(phi, at)):
             i = index(phi, at, k)
             phi_i = value(phi, at, k, work, grad_phi)
+
+or, for several sums at once, `spread` and `interpolate`.
 """
 
 from typing import Any, NamedTuple
@@ -15,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mpmbench.core.compiled import implements
+from mpmbench.core.rows import add_multiple
 
 
 def scratch(phi: Any) -> Any:
@@ -39,6 +42,19 @@ def index(phi: Any, at: int, k: int) -> int:
 
 def value(phi: Any, at: int, k: int, work: Any, grad_phi: np.ndarray) -> float:
     """Value of the `k`-th function at the point located last; its gradient [1/m] is written to `grad_phi`."""
+    raise NotImplementedError
+
+
+def spread(phi: Any, at: int, work: Any, lanes: Any, columns: np.ndarray, cell: np.ndarray) -> None:
+    """Add ``phi_k columns[0] + sum_d (d phi_k / d x_d) columns[1 + d]`` to ``cell[k]`` for all functions k.
+
+    `columns` has dim + 1 rows, and all rows are as long as the tuple `lanes`.
+    """
+    raise NotImplementedError
+
+
+def interpolate(phi: Any, at: int, work: Any, lanes: Any, cell: np.ndarray, sums: np.ndarray) -> None:
+    """Write ``sum_k phi_k cell[k]`` to ``sums[0]`` and ``sum_k (d phi_k / d x_d) cell[k]`` to ``sums[1 + d]``."""
     raise NotImplementedError
 
 
@@ -121,3 +137,22 @@ def _value(phi, at, k, work, grad_phi):  # type: ignore[no-untyped-def]
     for d in range(len(phi.axes)):
         grad_phi[d] = phi.grad_phi[at, k, d]
     return phi.phi[at, k]
+
+
+@implements(spread, Stencils)
+def _spread(phi, at, work, lanes, columns, cell):  # type: ignore[no-untyped-def]
+    for k in range(phi.size[at]):
+        add_multiple(lanes, cell, k, phi.phi[at, k], columns, 0)
+        for d in range(len(phi.axes)):
+            add_multiple(lanes, cell, k, phi.grad_phi[at, k, d], columns, 1 + d)
+
+
+@implements(interpolate, Stencils)
+def _interpolate(phi, at, work, lanes, cell, sums):  # type: ignore[no-untyped-def]
+    for r in range(1 + len(phi.axes)):
+        for c in range(len(lanes)):
+            sums[r, c] = 0.0
+    for k in range(phi.size[at]):
+        add_multiple(lanes, sums, 0, phi.phi[at, k], cell, k)
+        for d in range(len(phi.axes)):
+            add_multiple(lanes, sums, 1 + d, phi.grad_phi[at, k, d], cell, k)

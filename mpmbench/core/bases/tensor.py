@@ -2,17 +2,19 @@
 
 On each knot span the d + 1 functions that are not zero are polynomials in the local coordinate
 ``t = (x - b_s) / (b_{s+1} - b_s)``. Their coefficients are tabulated per span (again after the knots have moved), so
-that a point costs no division and nothing is stored per particle.
+that a point costs no division and nothing is stored per particle. Sums over the functions at a point are taken axis by
+axis.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from mpmbench.core.bases.handle import Stencils, count, index, locate, scratch, value
-from mpmbench.core.compiled import implements, kernel, matrix, vector
+from mpmbench.core.bases.handle import Stencils, count, index, interpolate, locate, scratch, spread, value
+from mpmbench.core.compiled import implements, inlined, kernel, matrix, vector
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box, tensor_points
+from mpmbench.core.rows import add_multiple, lanes_for, multiply_and_add, set_multiple
 
 
 class TensorGrid(NamedTuple):
@@ -24,6 +26,8 @@ class TensorGrid(NamedTuple):
         One entry per dimension; the inverse spacing [1/m] of the initial uniform knots, which finds a span.
     order : tuple of float
         degree + 1 entries (values unused; the length is known to the compiler).
+    lanes : tuple of float
+        As long as the rows of `coefficients`: degree + 1, rounded up to what a processor handles at once.
     moving : tuple of float
         One entry where knots move, none where they stay uniform: the compiler then leaves out the search for the span.
     shape : ndarray of int
@@ -33,11 +37,12 @@ class TensorGrid(NamedTuple):
     inverse_width : ndarray
         1 / span width [1/m], shape (dim, A).
     coefficients : ndarray
-        ``coefficients[axis, span, a, k]`` multiplies t^k in the a-th function, shape (dim, A, degree + 1, degree + 1).
+        ``coefficients[axis, span, k, a]`` multiplies t^k in the a-th function, shape (dim, A, degree + 1, lanes).
     """
 
     axes: tuple[float, ...]
     order: tuple[float, ...]
+    lanes: tuple[float, ...]
     moving: tuple[float, ...]
     shape: np.ndarray
     breaks: np.ndarray
@@ -52,7 +57,7 @@ class TensorGrid(NamedTuple):
 
 @implements(scratch, TensorGrid)
 def _scratch(grid):  # type: ignore[no-untyped-def]
-    return matrix(grid.axes, grid.order), matrix(grid.axes, grid.order)
+    return matrix(grid.axes, grid.lanes), matrix(grid.axes, grid.lanes)
 
 
 @implements(count, TensorGrid)
@@ -80,14 +85,13 @@ def _locate(grid, x, p, work):  # type: ignore[no-untyped-def]
                 s += 1
             scale = grid.inverse_width[d, s]
             t = (x[p, d] - grid.breaks[d, s]) * scale
-        for a in range(order):
-            polynomial = grid.coefficients[d, s, a, order - 1]
-            slope = 0.0
-            for k in range(order - 2, -1, -1):
-                slope = slope * t + polynomial
-                polynomial = polynomial * t + grid.coefficients[d, s, a, k]
-            phi[d, a] = polynomial
-            derivative[d, a] = slope * scale
+        polynomials = grid.coefficients[d, s]
+        set_multiple(grid.lanes, phi, d, 1.0, polynomials, order - 1)
+        set_multiple(grid.lanes, derivative, d, 0.0, polynomials, order - 1)
+        for k in range(order - 2, -1, -1):  # Horner's scheme for all functions and their derivatives
+            multiply_and_add(grid.lanes, derivative, d, t, phi, d)
+            multiply_and_add(grid.lanes, phi, d, t, polynomials, k)
+        set_multiple(grid.lanes, derivative, d, scale, derivative, d)
         first = first * grid.shape[d] + s
     return first
 
@@ -117,6 +121,87 @@ def _value(grid, at, k, work, grad_phi):  # type: ignore[no-untyped-def]
     return product
 
 
+@implements(spread, TensorGrid)
+def _spread(grid, at, work, lanes, columns, cell):  # type: ignore[no-untyped-def]
+    phi, derivative = work
+    dim, order = len(grid.axes), len(grid.order)
+    first, second = matrix(grid.axes, lanes), matrix(grid.axes, lanes)
+    k = 0
+    for a in range(order):
+        if dim == 1:
+            add_multiple(lanes, cell, a, phi[0, a], columns, 0)
+            add_multiple(lanes, cell, a, derivative[0, a], columns, 1)
+            continue
+        fold(grid, lanes, dim, 0, a, work, columns, first)
+        for b in range(order):
+            if dim == 2:
+                add_multiple(lanes, cell, k, phi[1, b], first, 0)
+                add_multiple(lanes, cell, k, derivative[1, b], first, 1)
+                k += 1
+                continue
+            fold(grid, lanes, dim - 1, 1, b, work, first, second)
+            for c in range(order):
+                add_multiple(lanes, cell, k, phi[2, c], second, 0)
+                add_multiple(lanes, cell, k, derivative[2, c], second, 1)
+                k += 1
+
+
+@inlined
+def fold(grid, lanes, rows, d, a, work, columns, folded):  # type: ignore[no-untyped-def]
+    """Multiply by the a-th function along axis d: what belongs to its derivative joins what belongs to its value."""
+    phi, derivative = work
+    set_multiple(lanes, folded, 0, phi[d, a], columns, 0)
+    add_multiple(lanes, folded, 0, derivative[d, a], columns, 1)
+    for r in range(1, rows):
+        set_multiple(lanes, folded, r, phi[d, a], columns, 1 + r)
+
+
+@implements(interpolate, TensorGrid)
+def _interpolate(grid, at, work, lanes, cell, sums):  # type: ignore[no-untyped-def]
+    phi, derivative = work
+    dim, order = len(grid.axes), len(grid.order)
+    first, second = matrix(grid.axes, lanes), matrix(grid.axes, lanes)
+    clear(lanes, 1 + dim, sums)
+    k = 0
+    for a in range(order):
+        if dim == 1:
+            add_multiple(lanes, sums, 0, phi[0, a], cell, a)
+            add_multiple(lanes, sums, 1, derivative[0, a], cell, a)
+            continue
+        clear(lanes, dim, first)
+        for b in range(order):
+            if dim == 2:
+                add_multiple(lanes, first, 0, phi[1, b], cell, k)
+                add_multiple(lanes, first, 1, derivative[1, b], cell, k)
+                k += 1
+                continue
+            clear(lanes, 2, second)
+            for c in range(order):
+                add_multiple(lanes, second, 0, phi[2, c], cell, k)
+                add_multiple(lanes, second, 1, derivative[2, c], cell, k)
+                k += 1
+            unfold(grid, lanes, dim - 1, 1, b, work, second, first)
+        unfold(grid, lanes, dim, 0, a, work, first, sums)
+
+
+@inlined
+def unfold(grid, lanes, rows, d, a, work, folded, sums):  # type: ignore[no-untyped-def]
+    """Add the a-th function along axis d times what the axes behind it gave: the value, then the derivatives."""
+    phi, derivative = work
+    add_multiple(lanes, sums, 0, phi[d, a], folded, 0)
+    add_multiple(lanes, sums, 1, derivative[d, a], folded, 0)
+    for r in range(1, rows):
+        add_multiple(lanes, sums, 1 + r, phi[d, a], folded, r)
+
+
+@inlined
+def clear(lanes, rows, sums):  # type: ignore[no-untyped-def]
+    """Set the first rows to zero."""
+    for r in range(rows):
+        for c in range(len(lanes)):
+            sums[r, c] = 0.0
+
+
 @kernel
 def tabulate(breaks, degree, coefficients, inverse_width):  # type: ignore[no-untyped-def]
     """Polynomials of the open B-splines on each span by the Cox-de Boor recursion (Wobbes 2020, section 6.2).
@@ -126,7 +211,7 @@ def tabulate(breaks, degree, coefficients, inverse_width):  # type: ignore[no-un
     breaks : ndarray
         Distinct knots, shape (n + 1,); the first and last count degree + 1 times.
     coefficients, inverse_width : ndarray
-        Filled; shapes (n, degree + 1, degree + 1) and (n,).
+        Filled; shapes (n, degree + 1, lanes) and (n,).
     """
     spans = breaks.shape[0] - 1
     polynomial = np.zeros((degree + 1, degree + 1))
@@ -149,7 +234,9 @@ def tabulate(breaks, degree, coefficients, inverse_width):  # type: ignore[no-un
                     polynomial[a + 1, k + 1] += c * width * inverse
                     polynomial[a, k] += c * (right - breaks[s]) * inverse
                     polynomial[a, k + 1] -= c * width * inverse
-        coefficients[s] = polynomial
+        for a in range(degree + 1):
+            for k in range(degree + 1):
+                coefficients[s, k, a] = polynomial[a, k]
 
 
 @kernel
@@ -192,17 +279,18 @@ class TensorSpline:
     """Tensor-product B-splines of one degree with open knots along each axis (fulfils `Basis`)."""
 
     def __init__(self, box: Box, degree: int, moving: bool = False) -> None:
-        dimension, longest = box.dimension, max(box.cells)
+        dimension, longest, lanes = box.dimension, max(box.cells), lanes_for(degree + 1)
         self.degree = degree
         self.cells = box.cells
         self.handle = TensorGrid(
             axes=tuple(1.0 / h for h in box.spacing.tolist()),
             order=(0.0,) * (degree + 1),
+            lanes=lanes,
             moving=(0.0,) if moving else (),
             shape=np.array([n + degree for n in box.cells]),
             breaks=np.zeros((dimension, longest + 1)),
             inverse_width=np.ones((dimension, longest)),
-            coefficients=np.zeros((dimension, longest, degree + 1, degree + 1)),
+            coefficients=np.zeros((dimension, longest, degree + 1, len(lanes))),
         )
         for d, breaks in enumerate(box.breaks()):
             self.handle.breaks[d, : len(breaks)] = breaks
@@ -268,7 +356,7 @@ class TensorSpline:
 
     def _along(self, axis: int, coefficients: np.ndarray) -> np.ndarray:
         """The spline with these coefficients along one axis, at the distinct knots of that axis."""
-        spans, table = self.cells[axis], self.handle.coefficients[axis]
+        spans, table = self.cells[axis], self.handle.coefficients[axis, :, :, : self.degree + 1]
         windows = np.lib.stride_tricks.sliding_window_view(coefficients, self.degree + 1)
-        first = np.einsum("sa,sa->s", table[:spans, :, 0], windows)  # t = 0 on each span
-        return np.append(first, table[spans - 1].sum(axis=1) @ windows[-1])  # t = 1 on the last
+        first = np.einsum("sa,sa->s", table[:spans, 0], windows)  # t = 0 on each span
+        return np.append(first, table[spans - 1].sum(axis=0) @ windows[-1])  # t = 1 on the last

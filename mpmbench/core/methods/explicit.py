@@ -13,6 +13,7 @@ from mpmbench.core.errors import NotApplicable
 from mpmbench.core.materials import cauchy_stress
 from mpmbench.core.methods import Choices
 from mpmbench.core.registry import register
+from mpmbench.core.rows import lanes_for
 from mpmbench.core.state import State
 
 
@@ -58,12 +59,13 @@ def step(s: State, dt: float) -> None:
 def update_particles(s: State, dt: float, velocity: bool = False, strain: bool = False, position: bool = False) -> None:
     """Carry nodal velocities and accelerations to the particles (`transfer.g2p`)."""
     p, n, flip = s.particles, s.nodes, s.choices.flip_weight
+    phi, lanes = s.basis.handle, lanes_for(2 * p.dimension)
     arrays = p.x, p.v, p.F, p.L, p.V, p.V0, p.state, p.sigma, n.v, n.a
-    s.cells = transfer.at_least(s.cells, s.basis.handle.width)
+    s.cells = transfer.at_least(s.cells, phi.width)
 
     def part(c: int, start: int, stop: int) -> None:
         switches = velocity, strain, position
-        transfer.g2p(s.basis.handle, s.law, *arrays, flip, dt, *switches, s.cells[c], start, stop)
+        transfer.g2p(phi, lanes, s.law, *arrays, flip, dt, *switches, s.cells[c], start, stop)
 
     threads.run(part, len(p.x))
 
