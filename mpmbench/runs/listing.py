@@ -1,5 +1,8 @@
 """The command ``list``: what there is, and what applies to a problem."""
 
+import re
+import shutil
+import textwrap
 from pathlib import Path
 
 from mpmbench.runs.schema import GROUPS, BadInput, did_you_mean, experiments, options
@@ -8,12 +11,21 @@ PLURALS = {"method": "methods", "basis": "bases", "material": "materials", "prob
 
 
 def description(file: Path) -> str:
-    """The first sentence of a YAML file."""
-    for line in file.read_text(encoding="utf-8").splitlines():
-        text = line.lstrip("# ").strip()
-        if line.startswith("#") and text and not text.startswith("@"):
-            return text
-    return ""
+    """The first sentence of the comment at the top of a YAML file."""
+    lines = [
+        line.lstrip("# ").strip() for line in file.read_text(encoding="utf-8").splitlines() if line.startswith("#")
+    ]
+    text = " ".join(line for line in lines if line and not line.startswith("@"))
+    return re.split(r"(?<=\.)(?<!\bSt\.) +(?=[A-Z])", text, maxsplit=1)[0]
+
+
+def show(title: str, files: dict[str, Path]) -> None:
+    """Print names and descriptions below each other."""
+    print(title)
+    column = max(map(len, files), default=0) + 4
+    for name, file in files.items():
+        width = max(60, shutil.get_terminal_size((120, 24)).columns)
+        print(textwrap.fill(f"  {name:<{column - 2}}{description(file)}", width, subsequent_indent=" " * column))
 
 
 def main(arguments: list[str]) -> int:
@@ -23,12 +35,8 @@ def main(arguments: list[str]) -> int:
     if arguments:
         return applicability(arguments[0])
     for group in GROUPS:
-        print(PLURALS[group])
-        for name, file in options(group).items():
-            print(f"  {name:<24}{description(file)}")
-    print("experiments")
-    for name, file in experiments().items():
-        print(f"  {name:<24}{description(file)}")
+        show(PLURALS[group], options(group))
+    show("experiments", experiments())
     print("\n`list PROBLEM` tells which methods and bases apply to a problem.")
     return 0
 
