@@ -1,14 +1,21 @@
+import os
 import subprocess
 import sys
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import psutil
 import pytest
 
 from mpmbench.cli import main
 
 PLUGINS = Path(__file__).parents[1] / "plugins"
+MARK = "MPMBENCH_TESTS"  # in the environment of whatever these tests start
+os.environ[MARK] = str(os.getpid())
+STAYING = ("mpmbench.runs.server", "resource_tracker")  # children of the tests' own process that serve all of them
+_started: "list[subprocess.Popen[str]]" = []
 
 
 @dataclass
@@ -43,7 +50,62 @@ def command(folder, capfd) -> Callable[..., Outcome]:
     return run
 
 
-def start(*arguments: str, **options) -> "subprocess.Popen[str]":
-    """The command line as a program of its own."""
+def start(*arguments: str) -> "subprocess.Popen[str]":
+    """The command line as a program of its own, in a session of its own: what it does to its group stays there."""
     command = [sys.executable, "-m", "mpmbench", *arguments]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    _started.append(subprocess.Popen(command, text=True, start_new_session=True, **pipes))
+    return _started[-1]
+
+
+@pytest.fixture(autouse=True)
+def _end_commands() -> Iterator[None]:
+    """Kill what a test that failed has not awaited."""
+    yield
+    while _started:
+        process = _started.pop()
+        process.kill()
+        process.wait()
+        process.stdout.close()
+        process.stderr.close()
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _no_process_is_left() -> Iterator[None]:
+    """Whatever the tests of a file have started is gone at its end."""
+    yield
+    assert waited(lambda: not left_over(), 5), left_over()
+
+
+def left_over() -> list[str]:
+    """Processes with our mark that are none of those that stay."""
+    own = {process.pid for process in psutil.Process().children(recursive=True)} | {os.getpid()}
+    found = []
+    for pid in marked(MARK, str(os.getpid())):
+        try:
+            words = " ".join(psutil.Process(pid).cmdline())
+        except psutil.Error:
+            continue
+        if pid != os.getpid() and not (pid in own and any(name in words for name in STAYING)):
+            found.append(f"{pid}: {words}")
+    return found
+
+
+def marked(key: str, value: str) -> list[int]:
+    """Processes with this in the environment that they were started with."""
+    found = []
+    for process in psutil.process_iter():
+        try:
+            if process.environ().get(key) == value:
+                found.append(process.pid)
+        except psutil.Error:
+            continue
+    return found
+
+
+def waited(happened: Callable[[], bool], seconds: float) -> bool:
+    """Whether something happened within some time."""
+    deadline = time.monotonic() + seconds
+    while not happened() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    return happened()

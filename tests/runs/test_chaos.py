@@ -20,10 +20,10 @@ from mpmbench.report import tables
 from mpmbench.report.records import read_campaign
 from mpmbench.report.series import order_of, studies
 from mpmbench.runs import ledger
-from tests.runs.conftest import start
-from tests.runs.test_failures import computes, pids_of, waited
+from tests.runs.conftest import start, waited
+from tests.runs.test_failures import computes, pids_of
 
-SWEEP = ("-m", "method=mpm,otm", "basis=linear,bspline", "resolution=8,16,32", "end_time=1e-2", "campaign=chaos")
+SWEEP = ("-m", "method=mpm,otm", "basis=linear,bspline", "resolution=4,8,16", "end_time=5e-3", "campaign=chaos")
 CLOCKS = ("solver_time", "compile_time", "wall_time", "peak_memory")
 MOST_PATIENCE = 120  # seconds for one command
 
@@ -87,7 +87,7 @@ def disturb(folder: Path, undisturbed: Path, kills: int, seed: int, monkeypatch,
     command = None
     while sum(killed.values()) < kills:
         if command is None or command.poll() is not None:
-            command = start(*SWEEP, *more, start_new_session=True)
+            command = start(*SWEEP, *more)
             if "12 finished" in command.stdout.readline():  # done too early: give it something to do
                 command.wait(MOST_PATIENCE)
                 for file in dice.sample(sorted(folder.glob("results/chaos/*.nc")), 6):
@@ -114,7 +114,7 @@ def disturb(folder: Path, undisturbed: Path, kills: int, seed: int, monkeypatch,
 
 def check_completed(folder: Path, undisturbed: Path, *more: str) -> None:
     """The same command once more completes the campaign, and nothing tells that it was disturbed."""
-    command = start(*SWEEP, *more, start_new_session=True)
+    command = start(*SWEEP, *more)
     out, errors = command.communicate(timeout=MOST_PATIENCE)
     assert (command.returncode, errors) == (0, ""), out
     check_files(folder / "results/chaos", undisturbed)

@@ -13,7 +13,7 @@ import psutil
 import pytest
 
 from mpmbench.runs import result
-from tests.runs.conftest import PLUGINS, start
+from tests.runs.conftest import PLUGINS, marked, start, waited
 
 FAULTS = {  # fault -> status, part of the reason
     "raise": ("crashed", "ZeroDivisionError: a fault in a plug-in (failing_bar.py, line "),
@@ -158,7 +158,7 @@ def test_on_error_stop_leaves_the_rest_undone(command, plugins, folder):
 def test_an_interrupted_sweep_is_completed_by_the_same_command(folder, plugins, command, launcher, sent):
     """Under joblib every process gets the signal, as by Ctrl-C on a terminal; under submitit only the command."""
     arguments = ("-m", "problem=failing_bar", "problem.fault=none,slow", "end_time=0.004", "campaign=faults")
-    process = start(*arguments, f"hydra/launcher={launcher}", start_new_session=True)
+    process = start(*arguments, f"hydra/launcher={launcher}")
     lines = iter(process.stdout.readline, "")
     assert next(lines).startswith("2 runs: 2 to run")
     assert any(line.startswith("[1/2] ok") for line in lines)
@@ -185,14 +185,7 @@ def test_an_interrupted_sweep_is_completed_by_the_same_command(folder, plugins, 
 
 def pids_of(session: str) -> list[int]:
     """Processes that were started with this mark in their environment."""
-    marked = []
-    for process in psutil.process_iter():
-        try:
-            if process.environ().get("MPMBENCH_TEST") == session:
-                marked.append(process.pid)
-        except psutil.Error:
-            continue
-    return marked
+    return marked("MPMBENCH_TEST", session)
 
 
 def computes(pid: int) -> bool:
@@ -201,20 +194,13 @@ def computes(pid: int) -> bool:
     return "mpmbench.runs.server" in process.cmdline() and "mpmbench.runs.server" in process.parent().cmdline()
 
 
-def waited(happened, seconds: float) -> bool:
-    deadline = time.monotonic() + seconds
-    while not happened() and time.monotonic() < deadline:
-        time.sleep(0.05)
-    return happened()
-
-
 @pytest.mark.parametrize(("launcher", "processes"), [("basic", 3), ("joblib", 6), ("submitit_local", 7)])
 def test_no_process_is_left_when_the_parent_is_killed(folder, plugins, monkeypatch, launcher, processes):
     """Neither the server nor the child that hangs, nor a launcher's workers and controllers."""
     monkeypatch.setenv("MPMBENCH_TEST", str(folder))
     flag = folder / "hangs"
     arguments = ("-m", "problem=failing_bar", "problem.fault=hang,slow", f"problem.flag_file={flag}")
-    process = start(*arguments, f"hydra/launcher={launcher}", start_new_session=True)
+    process = start(*arguments, f"hydra/launcher={launcher}")
     assert waited(flag.exists, 60)
     assert len(pids_of(str(folder))) >= processes
     process.kill()

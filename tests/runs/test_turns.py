@@ -1,7 +1,7 @@
 """Runs that are timed are alone on the machine; the others wait for them, but not for ever."""
 
 import json
-import multiprocessing
+import threading
 import time
 
 import pytest
@@ -9,43 +9,27 @@ import pytest
 from mpmbench.runs import result, turns
 
 
-@pytest.fixture(autouse=True)
-def place(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
-    return tmp_path
-
-
-def hold(alone, seconds, entered, log, name):
-    with turns.turn(alone):
-        entered.set()
-        log.put((name, "in", time.monotonic()))
-        time.sleep(seconds)
-        log.put((name, "out", time.monotonic()))
-
-
 def held(*turns_taken):
-    """When each of several processes, started one after the other, had its turn."""
-    context = multiprocessing.get_context("spawn")
-    log, processes = context.Queue(), []
-    for number, (alone, seconds) in enumerate(turns_taken):
-        entered = context.Event()
-        processes.append(context.Process(target=hold, args=(alone, seconds, entered, log, number)))
-        processes[-1].start()
-        if number == 0:
-            assert entered.wait(20)
-        else:
-            time.sleep(0.7)
-    for process in processes:
-        process.join(30)
+    """When each of several runs, started one after the other, had its turn; locks tell threads apart as processes."""
     found = {}
-    for _ in range(2 * len(turns_taken)):
-        name, what, when = log.get(timeout=5)
-        found[name, what] = when
+
+    def hold(number, alone, seconds):
+        with turns.turn(alone):
+            found[number, "in"] = time.monotonic()
+            time.sleep(seconds)
+            found[number, "out"] = time.monotonic()
+
+    threads = [threading.Thread(target=hold, args=(k, *taken)) for k, taken in enumerate(turns_taken)]
+    for thread in threads:
+        thread.start()
+        time.sleep(0.1)
+    for thread in threads:
+        thread.join(30)
     return found
 
 
 def test_shared_runs_go_together_and_an_exclusive_one_waits_for_both():
-    when = held((False, 3.0), (False, 3.0), (True, 0.1), (False, 0.1))
+    when = held((False, 0.8), (False, 0.8), (True, 0.1), (False, 0.1))
     assert when[1, "in"] < when[0, "out"]
     assert when[2, "in"] >= max(when[0, "out"], when[1, "out"])
     assert when[3, "in"] >= when[2, "out"]  # the last one does not overtake the one that waits
@@ -91,7 +75,7 @@ def test_timings_of_parallel_runs_do_not_count(command, folder):
         assert attributes["timing_context"] == "exclusive" and len(attributes["solver_times"]) == 2
 
 
-def test_a_timing_that_was_disturbed_is_taken_again(command, folder, place, monkeypatch):
+def test_a_timing_that_was_disturbed_is_taken_again(command, folder, monkeypatch):
     """Another run comes in during the first two: only later times are kept."""
     from mpmbench.runs import execute
 
