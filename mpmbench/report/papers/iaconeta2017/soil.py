@@ -19,7 +19,7 @@ NAMES = ("MPM", "GMM-MLS", "GMM-LME")
 MESHES = ((40, "soil"), (80, "soil"), (160, "soil_fine"))
 SHOWN = (0.25, 0.5, 1.0, 2.0)  # [s]
 STRAIN = (0.0, 1.5)  # colours of the equivalent plastic strain
-COLOURS = 48  # of the moving picture
+COLOURS = 64  # of the moving picture
 REFERENCE = ((0.05, 717.1), (0.10, 239.2))  # time [s] and kinetic energy [J] of Kratos 10.4.4, h = 0.1 m, a(0) = g
 SETUPS: dict[str, dict[str, object]] = {
     "a(0) = g": {"problem__initial_acceleration": "gravity"},
@@ -50,9 +50,9 @@ def soil_chapter(campaigns: Campaigns) -> Chapter:
         _strains(page, campaigns, name)
     if not any(experiment == "soil_fine" for name in NAMES for _, experiment, *_ in _available(campaigns, name)):
         page.notes.append(
-            "Not run here: the paper's second mesh, h = 0.025 m, which takes a good part of an hour. "
-            "`python -m mpmbench experiments=iaconeta2017_fine/soil` runs it, and the next report on this paper "
-            "shows it beside the others."
+            "Not run here: the paper's second mesh, h = 0.025 m, which takes a good part of an hour. The command "
+            "python -m mpmbench experiments=iaconeta2017_fine/soil runs it, and the next report on this paper shows it "
+            "beside the others."
         )
     return page
 
@@ -88,7 +88,7 @@ def _run_out(page: Chapter, campaigns: Campaigns) -> None:
             )
     axes[0, 0].set_ylabel("run-out [m]")
     axes[0, 1].set_ylabel("kinetic energy [J]")
-    axes[0, 1].set_ylim(1e-1, 2e3)
+    axes[0, 1].set_ylim(1.0, 2e3)
     for axis in axes[0]:
         axis.set_xlabel("time [s]")
     axes[0, 0].legend(fontsize=6)
@@ -103,7 +103,8 @@ def _strains(page: Chapter, campaigns: Campaigns, name: str) -> None:
     meshes = _available(campaigns, name)
     if not meshes:
         return
-    figure, axes = panels(len(SHOWN), len(meshes), 0.6 + 3.3 / len(meshes) * len(SHOWN))
+    width = 2.0 * style.COLUMN / max(2, len(meshes))  # of a panel [in]
+    figure, axes = panels(len(SHOWN), len(meshes), 0.7 + 0.45 * width * len(SHOWN), width * len(meshes))
     files = []
     for column, (n, experiment, file, found) in enumerate(meshes):
         files.append(file)
@@ -116,7 +117,7 @@ def _strains(page: Chapter, campaigns: Campaigns, name: str) -> None:
             if k is None:
                 axis.text(2.5, 1.0, "not reached", ha="center", fontsize=7)
                 continue
-            size = (60.0 / len(meshes) / n) ** 2 * 4.0
+            size = (1.2 * 72.0 * 0.9 * width / 5.0 * 2.0 / n) ** 2  # dots of 1.2 particle spacings
             particles(axis, snapshots["position"][k], snapshots["plastic_strain"][k], STRAIN, size)
             axis.text(4.9, 2.0, f"{time:g} s", ha="right", va="top", fontsize=7)
         axes[0, column].set_title(f"h = {4.0 / n:g} m")
@@ -214,8 +215,9 @@ def moving_picture(times: np.ndarray, position: np.ndarray, strain: np.ndarray) 
     """An animated GIF of particles, shapes (T,), (T, P, 2) and (T, P); all its pictures share one palette."""
     figure, axes = single(height=2.0, width=1.3 * style.COLUMN)
     canvas = FigureCanvasAgg(figure)
-    figure.set_dpi(130)
-    dots = particles(axes, position[0], strain[0], STRAIN, 5.0)
+    figure.set_dpi(150)
+    dots = particles(axes, position[0], strain[0], STRAIN, 9.5)
+    dots.set_antialiased(False)  # fewer colours, a smaller file
     axes.set(xlim=(0.0, 5.0), ylim=(0.0, 2.2), xlabel="m", ylabel="m")
     figure.colorbar(dots, ax=axes, label="equivalent plastic strain", extend="max")
     clock = axes.text(4.9, 2.0, "", ha="right", va="top", fontsize=7)
