@@ -224,5 +224,10 @@ def test_no_run_of_the_column_ends_without_a_reason(basis: str) -> None:
         assert float(result.time_reached) > 0.1
 
 
+def test_splines_are_refused_where_they_cannot_be_clamped() -> None:
+    with pytest.raises(NotApplicable, match="basis=linear"):
+        case.check(compose("cantilever_dynamic", "implicit_mpm", "bspline"))
+
+
 def test_methods_are_registered() -> None:
     assert {"static", "newmark", "explicit"} <= set(registry.names("method"))

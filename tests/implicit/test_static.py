@@ -1,5 +1,7 @@
 """The static cantilever of Iaconeta 2017, section 5.1: reference values, rates, load steps, Dirichlet conditions."""
 
+from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -7,9 +9,9 @@ import pytest
 import xarray as xr
 
 from mpmbench.analysis.convergence import fitted_order
-from mpmbench.core.errors import NotApplicable
+from mpmbench.core.errors import NotApplicable, NotConverged
 from mpmbench.core.implicit import linear
-from mpmbench.core.implicit.newton import Equations
+from mpmbench.core.implicit.newton import Equations, newton
 from mpmbench.core.implicit.step import external_force, prepare
 from mpmbench.core.simulation import simulate
 from mpmbench.runs import case
@@ -173,6 +175,47 @@ def test_a_load_that_inverts_cells_is_rescued_or_ends_with_a_reason() -> None:
     )
     assert hopeless.attrs["status"] == "not_converged"
     assert "after 1 iterations" in hopeless.attrs["reason"]
+
+
+@dataclass
+class GivenResiduals:
+    """Equations of one unknown whose residuals are those of a list, one after the other."""
+
+    sizes: list[float]
+
+    def residual(self, du: np.ndarray) -> np.ndarray:
+        return np.array([[self.sizes.pop(0)]])
+
+    def correction(self, du: np.ndarray, residual: np.ndarray) -> np.ndarray:
+        return np.ones((1, 1))
+
+    def reference(self, du: np.ndarray, residual: np.ndarray) -> float:
+        return 1.0
+
+    def size(self, du: np.ndarray, residual: np.ndarray) -> float:
+        return float(residual[0, 0])
+
+
+@pytest.mark.parametrize(
+    ("residuals", "given_up_after"),
+    [
+        ([1.0, 500.0, *(0.5**k for k in range(26)), 0.0], None),  # slow, but it gets there
+        ([1.0, 500.0, 0.1, *[0.2] * 7, 0.05, *[0.2] * 7, 0.0], None),  # a rest of seven iterations
+        ([1.0, 500.0, 0.1, *[0.2, 0.15] * 14], 10),  # in circles
+        ([1.0, 500.0, *(0.9**k for k in range(40))], 30),  # max_iterations
+    ],
+)
+def test_newton_gives_up_what_goes_in_circles(residuals: list[float], given_up_after: int | None) -> None:
+    """A residual that has not fallen for eight iterations will not; slow convergence may take all iterations."""
+    state: Any = SimpleNamespace(choices=SimpleNamespace(residual_tolerance=1e-8, max_iterations=30, line_search=False))
+    equations: Any = GivenResiduals(list(residuals))
+    norms: list[float] = []
+    if given_up_after is None:
+        newton(state, equations, np.zeros((1, 1)), np.inf, norms)
+        assert norms == residuals
+    else:
+        with pytest.raises(NotConverged, match=f"after {given_up_after} iterations"):
+            newton(state, equations, np.zeros((1, 1)), np.inf, norms)
 
 
 def test_settings_are_checked() -> None:
