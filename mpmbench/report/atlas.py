@@ -26,6 +26,7 @@ COLOURS = {
 }
 CELL = 0.2  # side of a cell [in]
 LABEL_WIDTH = 44  # characters
+CHARACTER, LINE, LEGEND_ENTRY = 0.062, 0.15, 1.1  # of a label [in]
 NUMBER = re.compile(r"(?<![A-Za-z_])[-+]?\d+(\.\d*)?(e[-+]?\d+)?")
 MARKS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
@@ -63,7 +64,16 @@ def atlas(study: Study) -> Figure:
     rows = list(dict.fromkeys(curves))
     lines = sum(label.count("\n") + 1 for label in rows)
     width = max(3.4, 2.6 + CELL * len(keys))
-    figure = Figure(figsize=(width, 1.0 + max(CELL * len(rows), 0.13 * lines)), layout="constrained")
+    shown = [status for status in COLOURS if any((one.runs.status == status).any() for one in study.series)]
+    beside = min(len(shown), int(width / LEGEND_ENTRY))
+    text_lines = -(-len(shown) // beside)
+    labels, title = column_labels(study, keys)
+    longest = max(len(line) for label in rows for line in label.splitlines())
+    title = wrapped(title, int((width - 0.3) / CHARACTER) - longest)
+    text_lines += title.count("\n") + 1
+    upright = any(len(label) > 3 for label in labels)
+    below = LINE * text_lines + (CHARACTER * max(map(len, labels)) if upright else LINE) + 0.25
+    figure = Figure(figsize=(width, below + max(CELL * len(rows), LINE * lines)), layout="constrained")
     axes = figure.add_subplot()
     for curve, one in zip(curves, study.series, strict=True):
         row = rows.index(curve)
@@ -78,12 +88,12 @@ def atlas(study: Study) -> Figure:
     axes.set_xlim(-0.5, len(keys) - 0.5)
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_yticks(range(len(rows)), rows)
-    label_columns(figure, study, keys)
+    axes.set_xticks(range(len(keys)), labels, rotation=90 if upright else 0)
+    axes.set_xlabel(title)
     axes.grid(False)
     axes.tick_params(length=0, top=False, right=False)
-    shown = [status for status in COLOURS if any((one.runs.status == status).any() for one in study.series)]
     handles = [Patch(color=COLOURS[status], label=status.replace("_", " ")) for status in shown]
-    figure.legend(handles=handles, loc="outside lower left", ncols=min(4, len(handles)), handlelength=1.0)
+    figure.legend(handles=handles, loc="outside lower left", ncols=beside, handlelength=1.0)
     return figure
 
 
@@ -109,9 +119,8 @@ def columns_of(study: Study) -> list[Key]:
     return sorted(keys, key=lambda key: (-key[0] if backwards else key[0], key[1], -key[2]))
 
 
-def label_columns(figure: Figure, study: Study, keys: list[Key]) -> None:
-    """Say what each column is: the axis, and the time step where there are several at one place."""
-    axes = figure.axes[0]
+def column_labels(study: Study, keys: list[Key]) -> tuple[list[str], str]:
+    """Labels of the columns and what they say: the axis, and the time step where there are several at one place."""
     several_steps = len({key[2] for key in keys}) > 1 and study.axis.key != "time_step"
     several_sizes = len({key[1] for key in keys}) > 1 and study.axis.key != "resolution"
     labels = []
@@ -120,9 +129,7 @@ def label_columns(figure: Figure, study: Study, keys: list[Key]) -> None:
         parts += [f"{resolution:g} cells"] if several_sizes else []
         parts += [f"{step:.3g} s" if step > 0.0 else "auto"] if several_steps else []
         labels.append(", ".join(parts))
-    rotation = 90 if any(len(label) > 3 for label in labels) else 0
-    axes.set_xticks(range(len(keys)), labels, rotation=rotation)
-    axes.set_xlabel(study.axis.label + (", time step" if several_steps else ""))
+    return labels, study.axis.label + (", time step" if several_steps else "")
 
 
 def reasons(study: Study) -> Table | None:

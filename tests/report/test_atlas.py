@@ -1,5 +1,6 @@
 """The failure atlas: checked on the artists."""
 
+import pytest
 from matplotlib.colors import to_hex
 
 from mpmbench import report
@@ -13,6 +14,8 @@ def drawn(folder):
     with style.applied():
         figure = atlas.atlas(study)
     figure.draw_without_rendering()
+    needed = figure.get_tightbbox()
+    assert needed.x0 >= 0.0 and needed.x1 <= figure.get_figwidth(), "something is cut off"
     axes = figure.axes[0]
     rows = [label.get_text() for label in axes.get_yticklabels()]
     columns = [label.get_text() for label in axes.get_xticklabels()]
@@ -55,6 +58,14 @@ def test_time_steps_are_columns_and_reasons_share_marks(tmp_path, write_run):
     assert marks["MPM, linear", "32, 1e-05 s"] != marks["MPM, linear", "16, 1e-05 s"]
     table = atlas.reasons(study)
     assert [row[2].value for row in table.rows] == [2, 1] or [row[2].value for row in table.rows] == [1, 2]
+
+
+@pytest.mark.usefixtures("only_svg")
+def test_all_statuses_and_a_long_axis_label_fit(tmp_path, write_run):
+    for k, status in enumerate(atlas.COLOURS):
+        for step in (1e-5, 1e-6):
+            write_run(tmp_path, resolution=4 + k, time_step=step, status=status, reason="" if status == "ok" else "why")
+    assert len(drawn(tmp_path)[1]) == 2 * len(atlas.COLOURS)
 
 
 def test_every_report_has_it(tmp_path, write_run):

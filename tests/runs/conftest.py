@@ -1,4 +1,5 @@
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -51,11 +52,16 @@ def command(folder, capfd) -> Callable[..., Outcome]:
 
 
 def start(*arguments: str) -> "subprocess.Popen[str]":
-    """The command line as a program of its own, in a session of its own: what it does to its group stays there."""
-    command = [sys.executable, "-m", "mpmbench", *arguments]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    _started.append(subprocess.Popen(command, text=True, start_new_session=True, **pipes))
-    return _started[-1]
+    """The command line as a program of its own, in a session of its own: what it does to its group stays there.
+
+    It heeds Ctrl-C even when the tests run in the background of a shell, which makes them ignore it.
+    """
+    process = subprocess.Popen(
+        [sys.executable, "-m", "mpmbench", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        start_new_session=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # fmt: skip
+    _started.append(process)
+    return process
 
 
 @pytest.fixture(autouse=True)

@@ -24,10 +24,10 @@ FAULTS = {  # fault -> status, part of the reason
     "segfault": ("crashed", "ended by SIGSEGV"),
     "killed": ("crashed", "ended by SIGKILL"),
     "exit": ("crashed", "exit code 3"),
-    "memory": ("out_of_memory", "stopped at limits.memory = 500 MiB"),
+    "memory": ("out_of_memory", "stopped at limits.memory = 400 MiB"),
     "not_converged": ("not_converged", "the residual stays at 0.5"),
 }
-SWEEP = ("-m", "problem=failing_bar", "limits.time=2.5", "limits.memory=500", "campaign=faults")
+SWEEP = ("-m", "problem=failing_bar", "limits.time=2.5", "limits.memory=400", "campaign=faults")
 
 
 def by_fault(folder: Path) -> dict[str, tuple[Path, dict]]:

@@ -81,11 +81,12 @@ def test_a_foreign_file_is_no_result(tmp_path):
 
 
 def test_a_full_disk_is_named_and_ends_with_exit_code_1(command, folder, monkeypatch):
-    """The limit on file sizes stands for a full disk: the child cannot write more than a few blocks."""
+    """The limit on file sizes stands for a full disk: the child cannot write more than a few hundred kilobytes."""
     code = (
         "import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000));"
-        "from mpmbench.cli import main; sys.exit(main(['resolution=4']))"
+        "from mpmbench.runs.ledger import RESERVE;"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (RESERVE, RESERVE));"
+        "from mpmbench.cli import main; sys.exit(main(['resolution=2000', 'time_step=auto', 'end_time=1e-4']))"
     )
     command("warmup", "method=mpm", "basis=linear")
     began = time.monotonic()
