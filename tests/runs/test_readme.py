@@ -4,6 +4,8 @@ import re
 import shlex
 from pathlib import Path
 
+from mpmbench.cli import VERBS
+
 README = Path(__file__).parents[2] / "README.md"
 
 
@@ -25,6 +27,11 @@ def test_the_examples_of_the_readme_work(command, folder, capfd):
     assert len(list(folder.glob("results/default/otm-maxent-bar_fixed_ends-n31-*.nc"))) == 1
     assert len(list(folder.glob("results/default/*.nc"))) == 13
     assert len(list(folder.glob("results/ablation/*.nc"))) == 4
+
+
+def test_every_command_is_in_the_table():
+    rows = re.findall(r"^\| `(\w+)", README.read_text(encoding="utf-8"), re.MULTILINE)
+    assert set(VERBS) <= set(rows)
 
 
 def test_the_two_commands_of_the_readme_are_the_ones_that_are_tested():
