@@ -1,5 +1,6 @@
 """What the user sees of runs: a summary, one line per run of a sweep, a table of failures, a progress bar."""
 
+import math
 import os
 import sys
 import time
@@ -13,6 +14,12 @@ from mpmbench.runs.sweep import Plan
 
 SHOW_PROGRESS_AFTER = 1.5  # seconds
 ERRORS = ("displacement", "velocity", "stress")
+# Scalars of every run; what else a run has is what its problem is about, such as a deflection or a run-out.
+COMMON = (
+    *("steps", "time_reached", "solver_time", "compile_time", "wall_time", "peak_memory", "n_particles", "n_nodes"),
+    *("n_cell_crossings", "energy_drift", "momentum_drift"),
+    *(f"error_{name}_{kind}" for name in ERRORS for kind in ("rms", "relative", "rms_relative")),
+)
 
 
 def summary(record: Record, total_seconds: float) -> str:
@@ -23,15 +30,17 @@ def summary(record: Record, total_seconds: float) -> str:
         relative = _first(scalars, f"error_{name}_rms_relative", f"error_{name}_relative")
         text = _quantity(scalars, f"error_{name}_rms")
         if text:
-            lines.append(f"  {name} error".ljust(24) + text + (f"  ({relative:.3g} of the field)" if relative else ""))
-    for label, name in (("energy drift", "energy_drift"), ("steps", "steps"), ("time reached", "time_reached")):
+            lines.append(f"  {name} error".ljust(28) + text + (f"  ({relative:.3g} of the field)" if relative else ""))
+    own = [(name.replace("_", " "), name) for name in scalars if name not in COMMON]
+    more = (("energy drift", "energy_drift"), ("steps", "steps"), ("time reached", "time_reached"))
+    for label, name in (*own, *more):
         text = _quantity(scalars, name)
         if text and not (name == "time_reached" and record.status == "ok"):
-            lines.append(f"  {label}".ljust(24) + text)
+            lines.append(f"  {label} ".ljust(28) + text)
     times = [(word, _first(scalars, name)) for word, name in (("solver", "solver_time"), ("compiling", "compile_time"))]
     spent = [f"{word} {value:.3g} s" for word, value in times if value is not None]
-    lines.append("  seconds".ljust(24) + ", ".join([*spent, f"total {total_seconds:.3g} s"]))
-    lines.append("  result".ljust(24) + (record.unwritten or shorten(record.file)))
+    lines.append("  seconds".ljust(28) + ", ".join([*spent, f"total {total_seconds:.3g} s"]))
+    lines.append("  result".ljust(28) + (record.unwritten or shorten(record.file)))
     return "\n".join(lines)
 
 
@@ -112,4 +121,6 @@ def _quantity(scalars: dict[str, Any], name: str) -> str:
     if name not in scalars:
         return ""
     value, units = scalars[name]
+    if math.isnan(value):
+        return ""
     return f"{value:.6g}" + (f" {units}" if units not in ("1", "") else "")
