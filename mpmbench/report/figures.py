@@ -59,7 +59,7 @@ def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
         low, high = axes.get_ylim()
         axes.set_ylim(low, high * (high / low) ** 0.09)
     handles += failed
-    _log_ticks(axes.yaxis)
+    log_ticks(axes.yaxis)
     _ticks_at_values(axes, study.values())
     axes.set_xlabel(study.axis.label)
     axes.set_ylabel(quantity_label(study, quantity))
@@ -85,8 +85,8 @@ def work_precision(study: Study, quantity: str) -> tuple[Figure, bool] | None:
         runs = _timed(one, quantity, exclusive)
         look = style.line(one.method, one.basis, one.rank)
         handles += axes.loglog(runs.solver_time, runs[quantity], label=one.label, **look)
-    _log_ticks(axes.xaxis, span=100.0)
-    _log_ticks(axes.yaxis)
+    log_ticks(axes.xaxis, span=100.0)
+    log_ticks(axes.yaxis)
     axes.set_xlabel("solver time [s]")
     axes.set_ylabel(quantity_label(study, quantity))
     if not exclusive:
@@ -195,8 +195,8 @@ def _temporal_floor(axes: Axes, study: Study) -> list[Line2D]:
 
 
 def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) -> None:
-    """One triangle for each whole order met, beneath the lowest curve of that order."""
-    lowest: dict[int, tuple[float, np.ndarray, np.ndarray]] = {}
+    """One triangle for each whole or half order within an interval, beneath the lowest curve of that order."""
+    lowest: dict[float, tuple[float, np.ndarray, np.ndarray]] = {}
     for one in study.series:
         estimate = orders.get(one.label)
         if (
@@ -211,8 +211,9 @@ def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) ->
         coarse_first = np.argsort(x ** (study.axis.power or 1))[::-1]
         clear = estimate.used & (estimate.floor_share < 0.3)
         x, y = x[coarse_first][clear], y[coarse_first][clear]
-        whole = round(estimate.order)
-        if len(x) >= 2 and (whole not in lowest or y[0] < lowest[whole][0]):
+        whole = round(2.0 * estimate.order) / 2.0
+        stated = estimate.low <= whole <= estimate.high
+        if stated and len(x) >= 2 and (whole not in lowest or y[0] < lowest[whole][0]):
             lowest[whole] = (y[0], x, y)
     for whole, (_, x, y) in sorted(lowest.items()):
         k = max(0, (len(x) - 2) // 2)
@@ -222,10 +223,10 @@ def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) ->
         tip = base * (end / start) ** power
         axes.fill([start, end, start], [base, tip, tip], facecolor="#eeeeee", edgecolor="#777777", lw=0.6, zorder=1)
         inside = start * (end / start) ** 0.12, tip * (base / tip) ** 0.24
-        axes.text(*inside, str(whole), ha="left" if end > start else "right", va="center", size=7, color="#444444")
+        axes.text(*inside, f"{whole:g}", ha="left" if end > start else "right", va="center", size=7, color="#444444")
 
 
-def _log_ticks(axis: Axis, span: float = 20.0) -> None:
+def log_ticks(axis: Axis, span: float = 20.0) -> None:
     """Powers of ten; 1, 2 and 5 times them where the axis spans less than the given factor."""
     low, high = sorted(axis.get_view_interval())
     axis.set_minor_formatter(NullFormatter())

@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from mpmbench.report import page
+
 MATERIAL = {"name": "linear_elastic", "young_modulus": 4000.0, "poisson_ratio": 0.0, "density": 1.0}
 UNITS = {
     "error_displacement_rms": "m",
@@ -190,6 +192,12 @@ def make_quickstart(folder: Path, timing_context: str = "exclusive") -> None:
 def write_run() -> Callable[..., Path]:
     """The function `make_run`."""
     return make_run
+
+
+@pytest.fixture
+def only_svg(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reports draw each figure in one format: for tests of what else is in them."""
+    monkeypatch.setattr(page, "FORMATS", {"svg": page.FORMATS["svg"]})
 
 
 @pytest.fixture

@@ -7,6 +7,9 @@ from pathlib import Path
 import pytest
 
 from mpmbench.report import build
+from mpmbench.report.records import read_campaign
+from mpmbench.report.series import studies
+from mpmbench.report.tables import Cell, errors
 
 NAN = float("nan")
 NOTHING_TO_DRAW = {"snapshot": False, "scalars": {"error_displacement_rms": NAN, "error_stress_rms": NAN}}
@@ -87,6 +90,7 @@ def test_timings_are_relative_to_linear_mpm(quickstart):
     assert ratios["unified, B-spline"] == pytest.approx([1.0] * 3), "the failed run has no time"
 
 
+@pytest.mark.usefixtures("only_svg")
 def test_shared_timings_stay_out_of_the_table(tmp_path, write_run):
     for resolution in (8, 16):
         write_run(tmp_path, "mpm", resolution=resolution, timing_context="exclusive", snapshot=False)
@@ -96,6 +100,7 @@ def test_shared_timings_stay_out_of_the_table(tmp_path, write_run):
     assert "2 runs that shared the machine are left out" in (tmp_path / "report" / "index.html").read_text()
 
 
+@pytest.mark.usefixtures("only_svg")
 def test_without_exclusive_timings_there_is_a_note_instead_of_a_table(tmp_path, write_run):
     write_run(tmp_path, timing_context="shared", snapshot=False)
     text = build(tmp_path).read_text()
@@ -114,6 +119,7 @@ def test_same_results_give_the_same_bytes(quickstart, tmp_path):
     assert [name for name in first if first[name] != second.get(name)] == []
 
 
+@pytest.mark.usefixtures("only_svg")
 def test_a_second_report_leaves_no_stale_file_and_no_foreign_file_is_touched(tmp_path, write_run):
     bad = write_run(tmp_path, status="crashed", reason="boom")
     write_run(tmp_path, resolution=16, **NOTHING_TO_DRAW)
@@ -127,6 +133,7 @@ def test_a_second_report_leaves_no_stale_file_and_no_foreign_file_is_touched(tmp
     assert mine.read_text() == "mine"
 
 
+@pytest.mark.usefixtures("only_svg")
 def test_reasons_cannot_break_the_page_or_the_tables(tmp_path, write_run):
     write_run(tmp_path, status="crashed", reason="<script>alert(1)</script> | 5 % of x_1 & more")
     text = build(tmp_path).read_text()
@@ -136,6 +143,7 @@ def test_reasons_cannot_break_the_page_or_the_tables(tmp_path, write_run):
     assert r"5 \% of x\_1 \& more" in (tables / "bar_fixed_ends-failures.tex").read_text()
 
 
+@pytest.mark.usefixtures("only_svg")
 def test_campaign_without_any_result_still_reports_its_failures(tmp_path, write_run):
     write_run(tmp_path, status="diverged", reason="velocity is not finite at step 12")
     (tmp_path / "broken.nc").write_bytes(b"")
@@ -144,12 +152,24 @@ def test_campaign_without_any_result_still_reports_its_failures(tmp_path, write_
     assert "1 file could not be read" in text and "broken.nc" in text
 
 
+@pytest.mark.usefixtures("only_svg")
 def test_only_unreadable_files_still_make_a_page(tmp_path):
     (tmp_path / "broken.nc").write_bytes(b"nothing")
     assert "broken.nc" in build(tmp_path).read_text()
 
 
+@pytest.mark.usefixtures("only_svg")
 def test_runs_of_different_code_are_pointed_out(tmp_path, write_run):
     for resolution, code in ((8, "aaaa"), (16, "bbbb")):
         write_run(tmp_path, resolution=resolution, code_hash=code, **NOTHING_TO_DRAW)
     assert "2 different versions of the code" in build(tmp_path).read_text()
+
+
+def test_tables_show_significant_zeros_and_latex_has_powers_of_ten(tmp_path, write_run):
+    write_run(tmp_path, resolution=8, scalars={"error_displacement_rms": 1.7031e-6}, snapshot=False)
+    (study,) = studies(read_campaign(tmp_path))
+    table = errors(study, "error_displacement_rms")
+    assert "| 1.70e-06 |" in table.markdown()
+    assert r"MPM, linear & $1.70 \times 10^{-6}$ \\" in table.latex()
+    shown = {1.7031e-6: "1.70e-06", 0.01: "0.01", 80.0: "80", 2114.2: "2114", 0.1499999: "0.150", 1e9: "1e+09"}
+    assert {value: Cell(value).text for value in shown} == shown

@@ -5,12 +5,10 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-import jinja2
-
 from mpmbench.analysis.convergence import INTERVAL_MEANING
 from mpmbench.report import style, tables
 from mpmbench.report.claims import HOLDS, UNDECIDED, MissingRuns, claims_table
-from mpmbench.report.page import Picture, Writer
+from mpmbench.report.page import Picture, Writer, template
 from mpmbench.report.papers.parts import Campaigns, Chapter, Paper, find, read_campaigns
 from mpmbench.report.series import studies
 from mpmbench.report.tables import Table
@@ -138,15 +136,13 @@ def _html(
     lists: dict[str, list[Table]],
     campaigns: Campaigns,
 ) -> str:
-    loader = jinja2.PackageLoader("mpmbench.report", package_path="")
-    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     status = [status for campaign in campaigns.values() for status in campaign.runs.status]
     origin: dict[str, set[str]] = {}
     for campaign in campaigns.values():
         for key in campaign.provenance:
             origin.setdefault(str(key), set()).update(str(value) for value in campaign.provenance[key].dropna())
     origin.pop("code_hash", None)
-    return environment.get_template("papers/page.html.jinja").render(
+    return template("papers/page.html.jinja").render(
         paper=paper,
         claims=verdicts,
         holds=HOLDS,

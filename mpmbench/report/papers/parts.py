@@ -122,7 +122,7 @@ class Chapter:
             if drawing is None:
                 continue
             what = quantity.removeprefix("error_").removesuffix("_rms")
-            caption = "Orders p with 95 % intervals; triangles show whole orders." if estimates[quantity] else ""
+            caption = "Orders p with 95 % intervals; triangles show slopes." if estimates[quantity] else ""
             title = f"{what.replace('_', ' ').capitalize()} error{more}"
             self.draw(f"{prefix}{what}", title, caption, drawing, study.runs.index)
             table = tables.errors(study, quantity)

@@ -32,6 +32,7 @@ def fig5_chapter(campaigns: Campaigns) -> Chapter:
     )
     shown = {"MPM-P1": 511, "OTM-P1": 511, "unified": 31, "OTM-maxent": 31}
     figure, axes = panels(4, 2)
+    errors: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     rows, files = [], []
     for axis, (name, cells) in zip(axes, shown.items(), strict=True):
         match = method(name, resolution=cells)
@@ -41,12 +42,20 @@ def fig5_chapter(campaigns: Campaigns) -> Chapter:
         scatter(axis, x, stress, name)
         axis.set_title(f"{name}, {cells + 1} nodes", pad=3)
         files.append(file)
+        errors[name] = x, stress - exact
         largest = float(np.abs(stress - exact).max())
         rows.append([Cell(name), Cell(cells + 1), cell(campaigns, "fig5", STRESS, **match), Cell(largest, (file,))])
         rows[-1].append(cell(campaigns, "fig5", "n_cell_crossings", **match))
     figure.supxlabel("position $x_1$ [m]", size=8)
     figure.supylabel(r"stress $\sigma$ [Pa]", size=8)
     page.draw("stress", "Final stress", "Particles, and the exact solution in black.", figure, files)
+    figure, axes = panels(len(shown), 2, height=1.3, sharey=False)
+    for axis, (name, (x, wrong)) in zip(axes, errors.items(), strict=True):
+        scatter(axis, x, wrong, name)
+        axis.set_title(f"{name}, {shown[name] + 1} nodes", pad=3)
+    figure.supxlabel("position $x_1$ [m]", size=8)
+    figure.supylabel("error of the stress [Pa]", size=8)
+    page.draw("error", "Error of the final stress", "Each panel has a scale of its own.", figure, files)
     columns = ["method", "nodes", "RMS stress error [Pa]", "largest [Pa]", "cell crossings"]
     page.add(Table("errors", "Errors of the stress", columns, rows, numeric=(1, 2, 3, 4)))
     return page

@@ -45,6 +45,7 @@ VARIANTS: tuple[tuple[str, str, dict[str, Any]], ...] = (
     ("unified, late constraints", "constrained entries set to zero after the solve", {"method": "unified_late"}),
 )
 LETTERS = "abcdefghijklmnop"
+CLOSE = 1.7
 NORMS: dict[str, dict[str, Any]] = {"max-ent, Eq. 102": MAXENT, "unified, Eq. 102": UNIFIED}
 
 
@@ -111,8 +112,9 @@ def errata_chapter(campaigns: Campaigns) -> Chapter:
 
 
 def _curves(everything: list[tuple[str, str, list[Cell]]]) -> Figure:
-    """Max-ent and B-spline variants side by side, each curve with its letter at both ends."""
+    """Max-ent and B-spline variants side by side, each curve with its letter at its end."""
     figure, (left, right) = panels(2, 2, height=3.2)
+    ends: dict[bool, list[tuple[float, str]]] = {False: [], True: []}
     for letter, (name, what, errors) in zip(LETTERS, everything, strict=False):
         splines = name.startswith("unified")
         axes = right if splines else left
@@ -121,20 +123,36 @@ def _curves(everything: list[tuple[str, str, list[Cell]]]) -> Figure:
             look |= {"linestyle": ":" if name in NORMS else "--", "markerfacecolor": "white"}
         values = [float(cell.value) for cell in errors]
         axes.loglog(CELLS, values, **look)
-        side = 1 if ord(letter) % 2 else -1  # curves that coincide have their letters on different sides
-        end = -1 if side > 0 else 0
-        place, align = (5 * side, 0), "left" if side > 0 else "right"
-        axes.annotate(
-            letter, (CELLS[end], values[end]), place, textcoords="offset points", ha=align, va="center", size=7
-        )
+        ends[splines].append((values[-1], letter))
+    for axes, found in ((left, ends[False]), (right, ends[True])):
+        for value, letters in _together(found):
+            place = (CELLS[-1], value)
+            axes.annotate(letters, place, (5, 0), textcoords="offset points", ha="left", va="center", size=7)
     for axes, title in ((left, "max-ent functions, OTM"), (right, "B-splines, unified method")):
         axes.set_title(title, pad=3)
-        axes.set_xlim(CELLS[0] / 1.4, CELLS[-1] * 1.4)
+        axes.set_xlim(CELLS[0] / 1.2, CELLS[-1] * 2.0)
         axes.set_xticks(CELLS, [str(n) for n in CELLS])
         axes.minorticks_off()
     figure.supxlabel("cells along the reference length", size=8)
     figure.supylabel("RMS displacement error [m]", size=8)
     return figure
+
+
+def _together(ends: list[tuple[float, str]]) -> list[tuple[float, str]]:
+    """Letters of curves that end within a factor of `CLOSE` of their neighbours as one label, with its place."""
+    groups: list[list[tuple[float, str]]] = []
+    for value, letter in sorted(ends):
+        if groups and value < CLOSE * groups[-1][-1][0]:
+            groups[-1].append((value, letter))
+        else:
+            groups.append([(value, letter)])
+    return [
+        (
+            float(np.exp(np.mean([np.log(value) for value, _ in group]))),
+            ", ".join(sorted(letter for _, letter in group)),
+        )
+        for group in groups
+    ]
 
 
 def conclusions(errors: dict[str, list[Cell]], explains: list[str]) -> list[str]:

@@ -59,11 +59,11 @@ def ratio(above: Cell, below: Cell) -> Cell:
     return Cell(above.value / below.value, above.files + below.files) if known else Cell()
 
 
-def panels(count: int, columns: int, height: float = 1.5, width: float = 2 * style.COLUMN) -> tuple[Figure, list[Axes]]:
+def panels(count: int, columns: int, height: float = 1.5, sharey: bool = True) -> tuple[Figure, list[Axes]]:
     """A figure two columns wide with panels that share their axes."""
     rows = -(-count // columns)
-    figure = Figure(figsize=(width, 0.35 + height * rows), layout="constrained")
-    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    figure = Figure(figsize=(2 * style.COLUMN, 0.35 + height * rows), layout="constrained")
+    grid = figure.subplots(rows, columns, sharex=True, sharey=sharey, squeeze=False)
     flat = list(grid.ravel())
     for empty in flat[count:]:
         empty.remove()

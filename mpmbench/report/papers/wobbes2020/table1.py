@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from mpmbench.report import style
+from mpmbench.report import figures, style
 from mpmbench.report.papers.parts import Campaigns, Chapter, subset
 from mpmbench.report.papers.wobbes2020.support import METHODS, TIME, method, single
 from mpmbench.report.records import Campaign, open_result
@@ -80,6 +80,7 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
     axes.set_xscale("log")
     axes.set_yticks(range(len(PAPER[31])), list(PAPER[31]))
     axes.invert_yaxis()
+    figures.log_ticks(axes.xaxis, span=100.0)
     axes.set_xlabel("solver time over that of MPM-P1")
     files = tuple(campaign.runs.index)
     caption = (
