@@ -15,6 +15,7 @@ from mpmbench.runs.schema import PACKAGE, BadInput, declared, options
 
 TIME = 55.0  # [s] for everything
 LIMITS = {"setup": 40.0, "time": 40.0, "memory": None}  # of one check
+OVER = f"not checked: the {TIME:g} s of this command are over"
 STEPS = 20  # of the run that a plug-in must go through
 
 
@@ -40,17 +41,23 @@ def main(arguments: list[str]) -> int:
     if not brought:
         kinds = ", ".join(PACKAGES)
         raise BadInput(f"check {file.name}: it registers nothing; @register(kind, name) does, with a kind of {kinds}")
-    passed = total = 0
+    passed = total = late = 0
     for kind, name in brought:
         print(f"{kind} {name}")
         for row, cells in scorecard(kind, name, deadline):
             good = [ok for ok, _ in cells.values()]
             passed, total = passed + sum(good), total + len(good)
-            marks = "  ".join(f"{label} {'ok' if ok else 'FAILS'}" for label, (ok, _) in cells.items())
-            print(f"  {row:<40}{marks}", flush=True)
+            marks = [
+                f"{label} {'ok' if ok else 'not checked' if text == OVER else 'FAILS'}"
+                for label, (ok, text) in cells.items()
+            ]
+            print(f"  {row:<40}{'  '.join(marks)}", flush=True)
             for label, (ok, text) in cells.items():
-                if not ok:
+                late += text == OVER
+                if not ok and text != OVER:
                     print(f"    {label}: {text}", flush=True)
+    if late:
+        print(f"{late} {OVER}")
     print(f"{passed} of {total} checks passed in {time.monotonic() - started:.0f} s")
     return 0 if passed == total else 1
 
@@ -82,7 +89,7 @@ def ask(*request: Any, deadline: float) -> Any:
     """The child's answer, or a sentence when there is none."""
     left = deadline - time.monotonic()
     if left <= 0.0:
-        return f"not checked: the {TIME:g} s of this command are over"
+        return OVER
     try:
         return isolation.ask(*request, limits=LIMITS | {"setup": min(left, LIMITS["setup"] or left)})
     except isolation.Ended as end:

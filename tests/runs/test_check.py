@@ -67,6 +67,14 @@ def test_what_is_broken_is_named_and_costs_its_own_line_only(command, folder):
     assert "10 of 18 checks passed" in outcome.out
 
 
+def test_what_there_was_no_time_for_is_said_to_be_unchecked(command, monkeypatch):
+    monkeypatch.setattr(check, "TIME", -1.0)
+    outcome = command("check", str(OUTSIDE / "stored_hat.py"))
+    assert outcome.code == 1
+    assert card(outcome.out)["runs on a benchmark"] == "mpmbench not checked"
+    assert outcome.out.splitlines()[-1].startswith("1 of 3 checks passed")
+
+
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from mpmbench.runs import result
+from mpmbench.runs import listing, result
+from mpmbench.runs.schema import options
 
 ATTRIBUTES = {
     "schema_version", "status", "reason", "config", "config_hash", "problem", "method", "basis", "material", "mass",
@@ -117,9 +118,18 @@ def test_cfg_job_prints_what_a_run_records(command, folder):
     assert json.loads(result.read_attributes(next(folder.rglob("*.nc")))["config"]) == shown
 
 
-def test_list_names_what_there_is(command):
+def test_list_names_what_there_is(command, monkeypatch):
     out = command("list").out
     for name in ("mpm", "otm", "unified", "linear", "bspline", "maxent", "neo_hookean", "bar_fixed_ends", "quickstart"):
         assert f"\n  {name} " in out
+    few = {"method": ("mpm", "sph"), "basis": ("kernel", "maxent")}
+
+    def some(group):
+        return {name: file for name, file in options(group).items() if name in few.get(group, [name])}
+
+    monkeypatch.setattr(listing, "options", some)
     table = command("list", "bar_fixed_ends")
-    assert table.code == 0 and "maxent" in table.out.splitlines()[0]
+    assert table.code == 0
+    head, mpm, sph, *reasons = table.out.splitlines()
+    assert (head.split(), mpm.split(), sph.split()) == ([*few["basis"]], ["mpm", "-", "yes"], ["sph", "yes", "-"])
+    assert [line.split(":")[0].strip() for line in reasons] == ["mpm, kernel", "sph, maxent"]
