@@ -178,6 +178,13 @@ def estimate_order(
         floor = float((posterior.weight * posterior.floor).sum() / probability)
     limit = floor or (predicted_floor if predicted_floor and predicted_floor > 0.5 * e[last - 1] else 0.0)
     share = np.where(used, np.minimum(limit / e, 1.0), 0.0)
+    if floor > 0 and (used & (share < 0.5)).sum() < 2:  # one level above the floor has no slope
+        where = f"at {_span([names[k] for k in np.flatnonzero(used & (share >= 0.5))])} {label_unit}"
+        sentence = (
+            f"no order: {where} the errors level off near {floor:.2g} {error_unit}; local slopes {_slopes(local)}"
+        )
+        none = _without_interval(count, local, sentence)
+        return replace(none, floor=floor, floor_probability=probability, floor_share=share, misfit=posterior.misfit)
     early = _pre_asymptotic(h, posterior.weight.sum(axis=(0, 1)), first, used)
     if early[used].all():  # the order is an extrapolation then: the slopes that were seen stay inside the interval
         low, high = min(low, float(local.min())), max(high, float(local.max()))

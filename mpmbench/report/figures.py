@@ -215,15 +215,27 @@ def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) ->
         stated = estimate.low <= whole <= estimate.high
         if stated and len(x) >= 2 and (whole not in lowest or y[0] < lowest[whole][0]):
             lowest[whole] = (y[0], x, y)
+    taken: list[tuple[float, float, float, float]] = []
     for whole, (_, x, y) in sorted(lowest.items()):
-        k = max(0, (len(x) - 2) // 2)
         power = whole * (study.axis.power or 1)
-        start, end = x[k], x[k + 1]
-        base = y[k] / 2.2
-        tip = base * (end / start) ** power
+        middle = (len(x) - 2) // 2
+        for k in sorted(range(len(x) - 1), key=lambda k: abs(k - middle)):
+            start, end, base = x[k], x[k + 1], y[k] / 2.2
+            tip = base * (end / start) ** power
+            box = min(start, end), max(start, end), tip, base
+            if not any(_overlap(box, other) for other in taken):
+                taken.append(box)
+                break
+        else:
+            continue
         axes.fill([start, end, start], [base, tip, tip], facecolor="#eeeeee", edgecolor="#777777", lw=0.6, zorder=1)
         inside = start * (end / start) ** 0.12, tip * (base / tip) ** 0.24
         axes.text(*inside, f"{whole:g}", ha="left" if end > start else "right", va="center", size=7, color="#444444")
+
+
+def _overlap(one: tuple[float, float, float, float], other: tuple[float, float, float, float]) -> bool:
+    """Whether two boxes (left, right, bottom, top) share an area."""
+    return one[0] < other[1] and other[0] < one[1] and one[2] < other[3] and other[2] < one[3]
 
 
 def log_ticks(axis: Axis, span: float = 20.0) -> None:

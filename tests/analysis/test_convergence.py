@@ -141,6 +141,14 @@ def test_errors_without_any_order_get_none():
     assert found.verdict.startswith("no single order")
 
 
+def test_one_level_above_a_floor_has_no_order():
+    # linear MPM on the plate, where particles cross cells from 16 cells on
+    cells = np.array([8, 16, 32, 64])
+    found = estimate_order(1.0 / cells, [2.30e-4, 7.30e-5, 6.84e-5, 7.31e-5], labels=cells)
+    assert np.isnan(found.order) and found.floor == pytest.approx(7e-5, rel=0.05)
+    assert found.verdict.startswith("no order: at 16..64 cells the errors level off near 7e-05 m; local slopes 1.66")
+
+
 def test_errors_that_do_not_depend_on_the_size_get_none():
     found = estimate_order(1.0 / CELLS, np.array([1.0, 1.01, 0.99, 1.0, 1.02, 1.0, 1.01]))
     assert np.isnan(found.order)

@@ -153,9 +153,9 @@ def better_than_mpm(runs: Runs) -> Answer:
     wins = {}
     for traction in ("last_particle", "end_point"):
         for moving, fixed in PAIRS.items():
-            wins[traction, "fig7", moving] = _fig7(runs, moving, "end_point") < _fig7(runs, fixed, traction)
+            wins[traction, "Fig. 7", moving] = _fig7(runs, moving, "end_point") < _fig7(runs, fixed, traction)
             errors = [_fig8(runs, moving, "end_point", 128), _fig8(runs, fixed, traction, 128)]
-            wins[traction, "fig8", moving] = errors[0] < errors[1]
+            wins[traction, "Fig. 8", moving] = errors[0] < errors[1]
     lost = [
         f"{name} in {where} (load: {load.replace('_', ' ')})" for (load, where, name), won in wins.items() if not won
     ]

@@ -76,7 +76,10 @@ def references_chapter(campaigns: Campaigns) -> Chapter:
         deviation = (found.value - expected) / expected if known and expected else 0.0 if known else float("nan")
         agrees = known and abs(found.value - expected) <= tolerance * expected
         rows.append(
-            [Cell(problem), Cell(what), Cell(expected), found, Cell(f"{deviation:+.1%}" if known else "", found.files)]
+            [
+                *(Cell(problem), Cell(what), Cell(expected, digits=4), dataclasses.replace(found, digits=4)),
+                Cell(f"{deviation:+.1%}" if known else "", found.files),
+            ]
         )
         rows[-1].append(Cell("yes" if agrees else "no"))
         if not agrees:
