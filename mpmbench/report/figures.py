@@ -1,5 +1,6 @@
 """Figures of a study: errors against size, and errors against time. Each function returns a matplotlib figure."""
 
+import re
 import textwrap
 from typing import Any
 
@@ -101,8 +102,11 @@ def quantity_label(study: Study, quantity: str) -> str:
     is_error = quantity.startswith("error_")
     if quantity.endswith("_relative"):
         return f"relative RMS {words} error"
-    unit = study.campaign.units.get(quantity, "")
+    unit = study.campaign.units.get(quantity, "").replace(" s-1", "/s")
     name = f"RMS {words} error" if is_error else words.removeprefix("n ")
+    norm = re.fullmatch(r"error_(.+)_l([12])_max", quantity)
+    if norm:
+        name = f"largest {norm[1].replace('_', ' ')} error in L{norm[2]}"
     return f"{name} [{unit}]" if unit not in ("", "1") else name
 
 
