@@ -253,7 +253,8 @@ def log_ticks(axis: Axis, span: float = 20.0) -> None:
 
 def _ticks_at_values(axes: Axes, values: list[float]) -> None:
     """Ticks of the swept axis at the values themselves; every second one and so on when they are many."""
-    kept = values[:: max(1, -(-len(values) // 8))]
+    room = 8 if all(len(f"{value:g}") <= 4 for value in values) else 5
+    kept = values[:: -(-len(values) // room) or 1]
     axes.xaxis.set_major_locator(FixedLocator(kept))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axes.xaxis.set_minor_locator(NullLocator())
