@@ -16,7 +16,20 @@ WIDEST_BAND = 600  # beyond this many entries beside the diagonal SuperLU's nest
 Solve = Callable[[np.ndarray], np.ndarray]
 
 
-def factorise(pattern: Pattern, blocks: np.ndarray, fixed: np.ndarray) -> Solve:
+class Room:
+    """Memory for a band, which the next matrix takes again: fresh memory costs more than filling it."""
+
+    def __init__(self) -> None:
+        self._values = np.empty(0)
+
+    def take(self, rows: int, columns: int) -> np.ndarray:
+        """An array of this shape, with whatever is in it."""
+        if self._values.size < rows * columns:
+            self._values = np.empty(rows * columns)
+        return self._values[: rows * columns].reshape(rows, columns)
+
+
+def factorise(pattern: Pattern, blocks: np.ndarray, fixed: np.ndarray, room: Room | None = None) -> Solve:
     """Factorise the matrix without its fixed rows and columns.
 
     Parameters
@@ -26,6 +39,8 @@ def factorise(pattern: Pattern, blocks: np.ndarray, fixed: np.ndarray) -> Solve:
         Shape (blocks, dim, dim).
     fixed : ndarray of bool
         Components that are known, shape (A, dim); their solution is zero.
+    room : Room, optional
+        Where the factors are kept; the solver is good until the next matrix takes it.
 
     Returns
     -------
@@ -40,7 +55,8 @@ def factorise(pattern: Pattern, blocks: np.ndarray, fixed: np.ndarray) -> Solve:
     left_out = np.ascontiguousarray(fixed.ravel())
     if pattern.band * blocks.shape[1] > WIDEST_BAND:
         return _sparse(pattern, blocks, left_out)
-    return _cholesky(pattern, blocks, left_out) or _band(pattern, blocks, left_out)
+    room = room or Room()
+    return _cholesky(pattern, blocks, left_out, room) or _band(pattern, blocks, left_out, room)
 
 
 def _masked(solve: Solve, left_out: np.ndarray) -> Solve:
@@ -52,13 +68,13 @@ def _masked(solve: Solve, left_out: np.ndarray) -> Solve:
     return masked
 
 
-def _cholesky(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray) -> Solve | None:
+def _cholesky(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray, room: Room) -> Solve | None:
     """Banded Cholesky; None when the matrix is not stored as symmetric or not positive definite."""
     if not pattern.lower:
         return None
     dim = blocks.shape[1]
     width = (pattern.band + 1) * dim - 1
-    band = np.zeros((len(left_out), width + 1))  # transposed: LAPACK's columns are contiguous
+    band = room.take(len(left_out), width + 1)  # transposed: LAPACK's columns are contiguous
     fill_lower(pattern.start, pattern.column, blocks, left_out, band)
     factor, failed = dpbtrf(band.T, lower=1, overwrite_ab=1)
     if failed:
@@ -66,11 +82,11 @@ def _cholesky(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray) -> Sol
     return _masked(lambda rhs: dpbtrs(factor, rhs, lower=1)[0], left_out)
 
 
-def _band(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray) -> Solve:
+def _band(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray, room: Room) -> Solve:
     """Banded LU with partial pivoting."""
     dim = blocks.shape[1]
     width = (pattern.band + 1) * dim - 1
-    band = np.zeros((len(left_out), 3 * width + 1))
+    band = room.take(len(left_out), 3 * width + 1)
     fill_band(pattern.start, pattern.column, blocks, left_out, pattern.lower, width, band)
     factor, pivots, failed = dgbtrf(band.T, width, width, overwrite_ab=1)
     if failed:
@@ -115,6 +131,7 @@ def singular(pattern: Pattern, row: int, dim: int) -> str:
 def fill_lower(start, column, blocks, left_out, band):  # type: ignore[no-untyped-def]
     """Lower band, transposed: ``band[j, i - j] = K_ij``; fixed rows and columns become those of the identity."""
     dim = blocks.shape[1]
+    band[:] = 0.0
     for r in range(start.shape[0] - 1):
         for s in range(start[r], start[r + 1]):
             for a in range(dim):
@@ -130,8 +147,12 @@ def fill_lower(start, column, blocks, left_out, band):  # type: ignore[no-untype
 
 @kernel
 def fill_band(start, column, blocks, left_out, lower, width, band):  # type: ignore[no-untyped-def]
-    """Full band for LAPACK's LU, transposed: ``band[j, 2 width + i - j] = K_ij``."""
+    """Full band for LAPACK's LU, transposed: ``band[j, 2 width + i - j] = K_ij``.
+
+    LAPACK itself sets the first `width` columns, which take the fill-in of pivoting.
+    """
     dim = blocks.shape[1]
+    band[:, width:] = 0.0
     for r in range(start.shape[0] - 1):
         for s in range(start[r], start[r + 1]):
             for a in range(dim):

@@ -128,7 +128,7 @@ class Equations:
 
     def correction(self, du: np.ndarray, residual: np.ndarray) -> np.ndarray:
         """``K^-1 r``, shape (N, dim); multipliers are brought up to date."""
-        solve = factorise(self.pattern, self.blocks, self.fixed)
+        solve = factorise(self.pattern, self.blocks, self.fixed, self.w.room)
         left = self.left(du)
         right = residual[self.pattern.active].ravel()
         if left.any():

@@ -7,6 +7,7 @@ import numpy as np
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.implicit.constraints import HeldPoints
 from mpmbench.core.implicit.ghost import GhostCells, GhostGrid, GhostSimplices
+from mpmbench.core.implicit.linear import Room
 from mpmbench.core.implicit.pattern import Pattern
 
 
@@ -22,6 +23,8 @@ class Workspace:
         Deformation gradients, history and Kirchhoff stresses of the current iterate.
     held : HeldPoints or None
         Dirichlet conditions at points; without them, nodes are held directly.
+    room : Room
+        Memory of the factorised tangent.
     """
 
     phi: Stencils
@@ -32,4 +35,5 @@ class Workspace:
     ghost_grid: GhostGrid | GhostSimplices | None = None
     ghost: GhostCells | None = None
     held: HeldPoints | None = None
+    room: Room = field(default_factory=Room)
     pattern_of: tuple[np.ndarray, np.ndarray] = field(default_factory=lambda: (np.zeros(0), np.zeros(0)))
