@@ -6,16 +6,19 @@ import numpy as np
 from scipy.linalg import eigvals_banded
 
 from mpmbench.core.bases import Basis
+from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import kernel
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.mass_band import BandMass, assemble_band, bandwidth
 from mpmbench.core.mass_sparse import DirectMass, SparseMass
 from mpmbench.core.methods import Choices
 from mpmbench.core.particles import Particles
+from mpmbench.core.unseen import seen_share
 
 WIDEST_BAND = 40  # beyond it conjugate gradients cost less than a banded factorisation in every step
 SMALLEST_EIGENVALUE = 0.03  # of a mass matrix over its row sums; a zigzag that no particle sees has next to no mass
 DIRECT_NODES = 40_000  # a constant matrix up to this size is factorised once
+SMALLEST_SHARE = 0.05  # of the mass of a pattern that particles see: at least a half where they are well spread
 
 
 class Mass(Protocol):
@@ -50,6 +53,8 @@ def make_mass(choices: Choices, fixed: np.ndarray, basis: Basis, p: Particles) -
     if choices.mass == "lumped" or choices.time in ("static", "newmark"):  # these sum it into their tangent
         return LumpedMass(fixed, choices.mass_cutoff)
     basis.locate(p.x)
+    if choices.moving and isinstance(basis.handle, Stencils):
+        refuse_unseen_patterns(basis, p, fixed)
     widest = bandwidth(basis.handle, p.x)
     if widest <= WIDEST_BAND:
         refuse_too_few_particles(basis, p, fixed, widest)
@@ -87,6 +92,24 @@ def refuse_too_few_particles(basis: Basis, p: Particles, fixed: np.ndarray, wide
         raise BrokeDown(
             f"singular consistent mass matrix: {nodes} nodes and only {particles} particles leave a zigzag of the "
             f"nodes with {max(smallest, 0.0):.1e} of its mass; use more particles per cell, or lumped mass"
+        )
+
+
+def refuse_unseen_patterns(basis: Basis, p: Particles, fixed: np.ndarray) -> None:
+    """Refuse particles that a combination of nodal values escapes, however many there are (two or three dimensions).
+
+    Raises
+    ------
+    BrokeDown
+    """
+    if p.dimension == 1:
+        return
+    share = seen_share(basis, p, fixed)
+    if share < SMALLEST_SHARE:
+        raise BrokeDown(
+            f"singular consistent mass matrix: a pattern of the {len(basis.nodes)} nodes nearly vanishes at all "
+            f"{len(p.x) - p.tracers} particles, which see {share:.1e} of its mass; use more particles per cell, or "
+            "lumped mass"
         )
 
 

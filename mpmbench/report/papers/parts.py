@@ -3,6 +3,7 @@
 import dataclasses
 import importlib
 import pkgutil
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -123,7 +124,8 @@ class Chapter:
                 continue
             what = quantity.removeprefix("error_").removesuffix("_rms")
             caption = "Orders p with 95 % intervals; triangles show slopes." if estimates[quantity] else ""
-            title = f"{what.replace('_', ' ').capitalize()} error{more}"
+            words = re.sub(r"_l[12]_max$", "", what).replace("_", " ")
+            title = f"{words.capitalize()} error{more}"
             self.draw(f"{prefix}{what}", title, caption, drawing, study.runs.index)
             table = tables.errors(study, quantity)
             if table is not None:

@@ -17,6 +17,12 @@ CLAIMS = (
     Claim("bar", "OTM agrees with finite elements, also on nonuniform nodes", "Figs. 4.12, 4.13", claims.bar_as_fem),
     Claim("sph", "Standard SPH cannot solve the bar in tension", "Sect. 4.2.2", claims.sph_fails),
     Claim(
+        "nodal_integration",
+        "A spurious mode occurs in the bar with nodal integration",
+        "Sect. 4.2.2",
+        claims.nodal_integration,
+    ),
+    Claim(
         "tensile_instability",
         "OTM completely avoids the tensile instability",
         "Sect. 4.2.1",
