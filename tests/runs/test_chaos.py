@@ -85,6 +85,7 @@ def disturb(folder: Path, undisturbed: Path, kills: int, seed: int, monkeypatch,
     dice = random.Random(seed)
     killed = {"command": 0, "run": 0, "server": 0, "terminated": 0}
     command = None
+    deck: list[str] = []  # so that every kind has its turn
     while sum(killed.values()) < kills:
         if command is None or command.poll() is not None:
             command = start(*SWEEP, *more)
@@ -94,7 +95,8 @@ def disturb(folder: Path, undisturbed: Path, kills: int, seed: int, monkeypatch,
                     file.unlink()
                 continue
         time.sleep(dice.random() * dice.choice((0.05, 0.3, 1.0)))
-        what = dice.choice(("command", "run", "run", "server", "terminated"))
+        deck = deck or dice.sample(("command", "run", "run", "server", "terminated"), 5)
+        what = deck[-1]
         pids = victims(str(folder), command).get("command" if what == "terminated" else what)
         if not pids or command.poll() is not None:
             continue
@@ -102,7 +104,7 @@ def disturb(folder: Path, undisturbed: Path, kills: int, seed: int, monkeypatch,
             os.kill(dice.choice(pids), signal.SIGTERM if what == "terminated" else signal.SIGKILL)
         except ProcessLookupError:
             continue
-        killed[what] += 1
+        killed[deck.pop()] += 1
         if what in ("command", "terminated"):
             _, errors = command.communicate(timeout=MOST_PATIENCE)
             assert "Traceback" not in errors, errors

@@ -20,14 +20,15 @@ FAULTS = {  # fault -> status, part of the reason
     "not_finite": ("diverged", "not finite"),
     "negative_volume": ("broke_down", "volume"),
     "lost_basis": ("broke_down", "lost its basis"),
-    "hang": ("timeout", "stopped at limits.time = 2.5 s"),
+    "hang": ("timeout", "stopped at limits.time = 4 s"),
     "segfault": ("crashed", "ended by SIGSEGV"),
     "killed": ("crashed", "ended by SIGKILL"),
     "exit": ("crashed", "exit code 3"),
     "memory": ("out_of_memory", "stopped at limits.memory = 400 MiB"),
     "not_converged": ("not_converged", "the residual stays at 0.5"),
 }
-SWEEP = ("-m", "problem=failing_bar", "limits.time=2.5", "limits.memory=400", "campaign=faults")
+PARALLEL = ("joblib", "submitit_local")
+SWEEP = ("-m", "problem=failing_bar", "limits.time=4", "limits.memory=400", "campaign=faults")
 
 
 def by_fault(folder: Path) -> dict[str, tuple[Path, dict]]:
@@ -37,11 +38,16 @@ def by_fault(folder: Path) -> dict[str, tuple[Path, dict]]:
     return {json.loads(found["config"])["problem"]["fault"]: (file, found) for file, found in attributes.items()}
 
 
-@pytest.fixture(scope="module", params=["basic", "joblib", pytest.param("submitit_local", marks=pytest.mark.slow)])
+def needs(launcher: str) -> None:
+    """Skip the test when this launcher is not installed."""
+    if launcher != "basic":
+        pytest.importorskip("submitit" if "submitit" in launcher else "joblib")
+
+
+@pytest.fixture(scope="module", params=["basic", *(pytest.param(name, marks=pytest.mark.slow) for name in PARALLEL)])
 def swept(request, tmp_path_factory):
     """One sweep over all faults under each launcher, with a healthy run first and last."""
-    if request.param != "basic":
-        pytest.importorskip("submitit" if "submitit" in request.param else "joblib")
+    needs(request.param)
     folder = tmp_path_factory.mktemp(request.param)
     faults = f"problem.fault=none,{','.join(FAULTS)},not_applicable,slow"
     outcome = subprocess.run(
@@ -77,12 +83,12 @@ def test_a_hang_ends_within_a_second_of_its_limit(swept):
     """The limit counts from the start of the solver; set-up and compiling have one of their own."""
     with netCDF4.Dataset(by_fault(swept[0])["hang"][0]) as file:
         stopped = float(file["solver_time"][...])
-    assert 2.5 <= stopped < 3.5
+    assert 4.0 <= stopped < 5.0
 
 
 def test_a_run_that_was_stopped_keeps_what_is_known(swept):
     with netCDF4.Dataset(by_fault(swept[0])["hang"][0]) as file:
-        assert 2.4 < float(file["wall_time"][...]) < 30
+        assert 3.9 < float(file["wall_time"][...]) < 30
     with netCDF4.Dataset(by_fault(swept[0])["not_converged"][0]) as file:
         assert float(file["time_reached"][...]) == pytest.approx(2e-4, abs=2e-5)
         assert file["kinetic_energy"].shape[0] > 1
@@ -157,12 +163,16 @@ def test_on_error_stop_leaves_the_rest_undone(command, plugins, folder):
 )
 def test_an_interrupted_sweep_is_completed_by_the_same_command(folder, plugins, command, launcher, sent):
     """Under joblib every process gets the signal, as by Ctrl-C on a terminal; under submitit only the command."""
-    arguments = ("-m", "problem=failing_bar", "problem.fault=none,slow", "end_time=0.004", "campaign=faults")
+    needs(launcher)
+    end_time = 0.002 if launcher == "basic" else 0.004  # the slow run must still be under way when the other has ended
+    flag = folder.with_name(f"{folder.name}-started")
+    arguments = ("-m", "problem=failing_bar", "problem.fault=none,slow", f"end_time={end_time}", "campaign=faults")
+    arguments += (f"problem.flag_file={flag}",)
     process = start(*arguments, f"hydra/launcher={launcher}")
     lines = iter(process.stdout.readline, "")
     assert next(lines).startswith("2 runs: 2 to run")
     assert any(line.startswith("[1/2] ok") for line in lines)
-    time.sleep(0.5)
+    assert waited(flag.exists, 20)
     if launcher == "submitit_local":
         os.kill(process.pid, sent)
     else:
@@ -197,6 +207,7 @@ def computes(pid: int) -> bool:
 @pytest.mark.parametrize(("launcher", "processes"), [("basic", 3), ("joblib", 6), ("submitit_local", 7)])
 def test_no_process_is_left_when_the_parent_is_killed(folder, plugins, monkeypatch, launcher, processes):
     """Neither the server nor the child that hangs, nor a launcher's workers and controllers."""
+    needs(launcher)
     monkeypatch.setenv("MPMBENCH_TEST", str(folder))
     flag = folder / "hangs"
     arguments = ("-m", "problem=failing_bar", "problem.fault=hang,slow", f"problem.flag_file={flag}")
@@ -220,7 +231,8 @@ def test_workers_of_joblib_that_are_killed_cost_one_run_at_most(folder, plugins,
         assert waited(flag.exists, 60)
         time.sleep(1.0)
         children = [psutil.Process(pid) for pid in pids_of(str(folder)) if computes(pid)]
-        hanging = max(children, key=lambda child: child.cpu_times().user)
+        of_workers = [child for child in children if child.parent().ppid() != process.pid]
+        hanging = max(of_workers, key=lambda child: child.cpu_times().user)
         flag.unlink()
         hanging.parent().parent().kill()
     out, errors = process.communicate(timeout=60)
