@@ -64,9 +64,9 @@ class FailingBar(BarFixedEnds):
             raise ZeroDivisionError("a fault in a plug-in")
         if self.fault == "not_converged":
             raise NotConverged("the residual stays at 0.5")
+        if self.fault in ("hang", "slow") and self.flag_file != "none":
+            Path(self.flag_file).touch()
         if self.fault == "hang":
-            if self.flag_file != "none":
-                Path(self.flag_file).touch()
             spin(np.zeros(1))
         if self.fault == "segfault":
             os.kill(os.getpid(), signal.SIGSEGV)

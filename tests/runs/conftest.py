@@ -33,6 +33,14 @@ def folder(tmp_path, monkeypatch) -> Path:
     return tmp_path
 
 
+@pytest.fixture(autouse=True, scope="package")
+def _same_plugins() -> Iterator[None]:
+    """The same plug-ins for all tests: with others, the process that forks runs would be started anew."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MPMBENCH_PLUGINS", str(PLUGINS))
+        yield
+
+
 @pytest.fixture
 def plugins(monkeypatch) -> None:
     """Problems with built-in faults are known."""

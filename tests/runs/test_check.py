@@ -79,7 +79,6 @@ def test_what_there_was_no_time_for_is_said_to_be_unchecked(command, monkeypatch
     ("text", "sentence"),
     [
         ("import nothing_of_this_name\n", "cannot be imported: ModuleNotFoundError"),
-        ("def broken(:\n", "cannot be imported: SyntaxError"),
         ("x = 1\n", "it registers nothing"),
         (None, "there is no such file"),
     ],

@@ -231,6 +231,7 @@ def test_workers_of_joblib_that_are_killed_cost_one_run_at_most(folder, plugins,
         assert waited(flag.exists, 60)
         time.sleep(1.0)
         children = [psutil.Process(pid) for pid in pids_of(str(folder)) if computes(pid)]
+        print([(c.pid, c.ppid(), c.parent().ppid(), process.pid, c.cpu_times().user) for c in children])
         of_workers = [child for child in children if child.parent().ppid() != process.pid]
         hanging = max(of_workers, key=lambda child: child.cpu_times().user)
         flag.unlink()
