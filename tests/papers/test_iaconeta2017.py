@@ -8,7 +8,7 @@ import yaml
 
 from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, judge
 from mpmbench.report.papers import Campaigns, find, read_campaigns
-from mpmbench.report.papers.iaconeta2017 import soil
+from mpmbench.report.papers.iaconeta2017 import disk, soil
 from mpmbench.report.papers.iaconeta2017.support import METHODS
 from mpmbench.runs import case, compose, schema
 
@@ -55,6 +55,33 @@ def test_load_steps_make_the_coincidence_conditional(tmp_path, write_run):
     assert verdict("curves", tmp_path).answer == HOLDS
     write_fig7(write_run, tmp_path / "fig7", mls=0.3)
     assert verdict("curves", tmp_path).answer == FAILS
+
+
+@pytest.mark.parametrize(
+    ("ended", "halved", "answer"),
+    [
+        ({}, {"MPM": 0, "GMM-MLS": 3, "GMM-LME": 1}, HOLDS),
+        ({}, {"MPM": 2, "GMM-MLS": 3, "GMM-LME": 1}, FAILS),
+        ({"GMM-LME": "diverged"}, {"MPM": 2, "GMM-MLS": 0, "GMM-LME": 0}, HOLDS),
+        ({"GMM-LME": "diverged", "MPM": "not_converged"}, {"MPM": 0, "GMM-MLS": 0, "GMM-LME": 0}, FAILS),
+    ],
+)
+def test_robust_is_what_ends_with_the_fewest_halved_steps(tmp_path, write_run, ended, halved, answer):
+    for name, steps in halved.items():
+        for n in (40, 80):
+            match, status = METHODS[name], ended.get(name, "ok")
+            write_run(
+                tmp_path / "soil", match["method"], match["basis"], n, scalars={"halved_steps": steps}, status=status,
+                snapshot=False,
+            )  # fmt: skip
+    settings = {"method": {"ghost_stiffness": 0.0}}
+    write_run(tmp_path / "soil_check", "implicit_mpm", "linear", 40, settings=settings, snapshot=False)
+    assert verdict("robust", tmp_path).answer == answer
+
+
+def test_overheads_are_those_of_the_printed_table():
+    """Least: GMM-LME, gamma = 1.8, second time step; largest: gamma = 2.8, third one."""
+    assert disk.printed_overheads() == pytest.approx((460.50 / 472.92 - 1.0, 1038.70 / 894.91 - 1.0))
 
 
 def test_without_runs_everything_waits(tmp_path):

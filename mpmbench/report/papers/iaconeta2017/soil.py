@@ -117,7 +117,7 @@ def _strains(page: Chapter, campaigns: Campaigns, name: str) -> None:
             if k is None:
                 axis.text(2.5, 1.0, "not reached", ha="center", fontsize=7)
                 continue
-            size = (1.2 * 72.0 * 0.9 * width / 5.0 * 2.0 / n) ** 2  # dots of 1.2 particle spacings
+            size = (1.5 * 72.0 * 0.9 * width / 5.0 * 2.0 / n) ** 2  # dots of 1.5 particle spacings
             particles(axis, snapshots["position"][k], snapshots["plastic_strain"][k], STRAIN, size)
             axis.text(4.9, 2.0, f"{time:g} s", ha="right", va="top", fontsize=7)
         axes[0, column].set_title(f"h = {4.0 / n:g} m")
@@ -217,7 +217,6 @@ def moving_picture(times: np.ndarray, position: np.ndarray, strain: np.ndarray) 
     canvas = FigureCanvasAgg(figure)
     figure.set_dpi(150)
     dots = particles(axes, position[0], strain[0], STRAIN, 9.5)
-    dots.set_antialiased(False)  # fewer colours, a smaller file
     axes.set(xlim=(0.0, 5.0), ylim=(0.0, 2.2), xlabel="m", ylabel="m")
     figure.colorbar(dots, ax=axes, label="equivalent plastic strain", extend="max")
     clock = axes.text(4.9, 2.0, "", ha="right", va="top", fontsize=7)

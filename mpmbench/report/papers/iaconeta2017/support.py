@@ -69,6 +69,7 @@ def particles(axes: Axes, position: np.ndarray, values: np.ndarray, limits: tupl
         vmax=limits[1],
         cmap="viridis",
         linewidths=0,
+        antialiased=False,  # fewer colours make a far smaller file
         rasterized=True,
     )
     axes.set_aspect("equal")
