@@ -19,6 +19,7 @@ from mpmbench.report.papers.parts import Campaigns, Chapter, MissingRuns, cell
 from mpmbench.report.tables import Cell, Table
 
 PARTICLES = (1, 2, 3, 4, 6, 8)
+DENSITY_TICKS = (3e-4, 5e-4, 1e-3, 1.5e-3)  # [kg/m2]
 SHOWN_LENGTH = 0.018  # where something happens [m]
 
 
@@ -126,6 +127,7 @@ def particles_chapter(campaigns: Campaigns) -> Chapter:
             files += [file for e in errors for file in e.files]
         axis.set_title("20 % irregular nodes" if share else "uniform nodes", pad=3)
         axis.set_xticks(PARTICLES, [str(n) for n in PARTICLES])
+        axis.set_yticks(DENSITY_TICKS, [f"{error:g}" for error in DENSITY_TICKS])
         axis.minorticks_off()
     axes[0, 0].legend()
     figure.supxlabel("particles per cell", size=8)
@@ -150,8 +152,12 @@ def mass_chapter(campaigns: Campaigns) -> Chapter:
             for n in (1, 2):
                 match = OTM | {"mass": mass, "method__transfer": transfer, "particles_per_cell": n}
                 errors = [cell(campaigns, "mass_transfer", norm, **match) for norm in (VELOCITY, DENSITY)]
-                rows.append([Cell(mass), Cell(transfer.replace("_", " ")), Cell(n), *errors])
-    columns = ["mass", "transfer", "particles per cell", "velocity error [m^1.5/s]", "density error [kg/m2]"]
+                failed = isinstance(errors[0].value, str) and errors[0].files
+                reason = str(campaigns["mass_transfer"].runs.reason[errors[0].files[0]]) if failed else ""
+                rows.append(
+                    [Cell(mass), Cell(transfer.replace("_", " ")), Cell(n), *errors, Cell(reason.split(":")[0])]
+                )
+    columns = ["mass", "transfer", "particles per cell", "velocity error [m^1.5/s]", "density error [kg/m2]", "reason"]
     page.add(Table("mass", "OTM with 50 cells, by mass and transfer", columns, rows, numeric=(2, 3, 4)))
     runs, settings = campaigns["shock_methods"].runs, campaigns["shock_methods"].settings
     rows = []
