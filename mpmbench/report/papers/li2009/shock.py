@@ -104,7 +104,7 @@ def irregular_chapter(campaigns: Campaigns) -> Chapter:
     page.convergence(campaigns["irregular"], (VELOCITY, DENSITY))
     page.notes.append(
         "Particles at the middle of irregular segments do not integrate the gradients exactly: a constant stress "
-        "pushes nodes about, and the density does not converge. Gradients corrected so that they integrate exactly "
+        "pushes nodes about, and the density stops converging. Gradients corrected so that they integrate exactly "
         "(basis.gradient=consistent) mend it."
     )
     return page
@@ -153,10 +153,8 @@ def mass_chapter(campaigns: Campaigns) -> Chapter:
                 match = OTM | {"mass": mass, "method__transfer": transfer, "particles_per_cell": n}
                 errors = [cell(campaigns, "mass_transfer", norm, **match) for norm in (VELOCITY, DENSITY)]
                 failed = isinstance(errors[0].value, str) and errors[0].files
-                reason = str(campaigns["mass_transfer"].runs.reason[errors[0].files[0]]) if failed else ""
-                rows.append(
-                    [Cell(mass), Cell(transfer.replace("_", " ")), Cell(n), *errors, Cell(reason.split(":")[0])]
-                )
+                why = str(campaigns["mass_transfer"].runs.reason[errors[0].files[0]]) if failed else ""
+                rows.append([Cell(mass), Cell(transfer.replace("_", " ")), Cell(n), *errors, Cell(why.split(":")[0])])
     columns = ["mass", "transfer", "particles per cell", "velocity error [m^1.5/s]", "density error [kg/m2]", "reason"]
     page.add(Table("mass", "OTM with 50 cells, by mass and transfer", columns, rows, numeric=(2, 3, 4)))
     runs, settings = campaigns["shock_methods"].runs, campaigns["shock_methods"].settings
