@@ -65,7 +65,7 @@ class FailingBar(BarFixedEnds):
         if self.fault == "not_converged":
             raise NotConverged("the residual stays at 0.5")
         if self.fault in ("hang", "slow") and self.flag_file != "none":
-            Path(self.flag_file).touch()
+            Path(self.flag_file).write_text(str(os.getpid()))
         if self.fault == "hang":
             spin(np.zeros(1))
         if self.fault == "segfault":
