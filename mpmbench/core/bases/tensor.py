@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from mpmbench.core.bases.handle import Stencils, count, index, interpolate, locate, scratch, spread, value
+from mpmbench.core.bases.knots import advect, tabulate
 from mpmbench.core.compiled import implements, inlined, kernel, matrix, vector
 from mpmbench.core.errors import BrokeDown
-from mpmbench.core.geometry import Box, tensor_points
+from mpmbench.core.geometry import Box
 from mpmbench.core.rows import add_multiple, lanes_for, multiply_and_add, set_multiple
 
 
@@ -203,43 +204,6 @@ def clear(lanes, rows, sums):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def tabulate(breaks, degree, coefficients, inverse_width):  # type: ignore[no-untyped-def]
-    """Polynomials of the open B-splines on each span by the Cox-de Boor recursion (Wobbes 2020, section 6.2).
-
-    Parameters
-    ----------
-    breaks : ndarray
-        Distinct knots, shape (n + 1,); the first and last count degree + 1 times.
-    coefficients, inverse_width : ndarray
-        Filled; shapes (n, degree + 1, lanes) and (n,).
-    """
-    spans = breaks.shape[0] - 1
-    polynomial = np.zeros((degree + 1, degree + 1))
-    lower = np.zeros((degree + 1, degree + 1))
-    for s in range(spans):
-        width = breaks[s + 1] - breaks[s]
-        inverse_width[s] = 1.0 / width
-        polynomial[:] = 0.0
-        polynomial[0, 0] = 1.0  # degree 0: the one function that is 1 on this span
-        for r in range(1, degree + 1):
-            lower[:] = polynomial
-            polynomial[:] = 0.0
-            for a in range(r):  # the r functions of degree r - 1; the a-th has support [left, right] around span s
-                left = breaks[min(max(s - r + 1 + a, 0), spans)]
-                right = breaks[min(max(s + 1 + a, 0), spans)]
-                inverse = 1.0 / (right - left)
-                for k in range(r):
-                    c = lower[a, k]
-                    polynomial[a + 1, k] += c * (breaks[s] - left) * inverse
-                    polynomial[a + 1, k + 1] += c * width * inverse
-                    polynomial[a, k] += c * (right - breaks[s]) * inverse
-                    polynomial[a, k + 1] -= c * width * inverse
-        for a in range(degree + 1):
-            for k in range(degree + 1):
-                coefficients[s, k, a] = polynomial[a, k]
-
-
-@kernel
 def fill(grid, x, size, indices, phi, grad_phi):  # type: ignore[no-untyped-def]
     """Store the functions of any handle at points x, shape (n, dim)."""
     work, gradient = scratch(grid), vector(grid.axes)
@@ -294,31 +258,20 @@ class TensorSpline:
         )
         for d, breaks in enumerate(box.breaks()):
             self.handle.breaks[d, : len(breaks)] = breaks
+        self._tables = self.handle.coefficients, self.handle.inverse_width
         self.nodes = np.zeros((int(np.prod(self.handle.shape)), dimension))
+        self.lower, self.upper = np.zeros(dimension), np.zeros(dimension)
         self._update()
-
-    def breaks(self, axis: int) -> np.ndarray:
-        """The distinct knots along one axis [m] (a view)."""
-        return self.handle.breaks[axis, : self.cells[axis] + 1]
-
-    def knots(self, axis: int) -> np.ndarray:
-        """The open knot vector along one axis [m]: the end knots count degree + 1 times."""
-        return np.pad(self.breaks(axis), self.degree, mode="edge")
 
     def _update(self) -> None:
         """Tabulate the polynomials and re-read the degrees of freedom as Greville abscissae."""
-        greville = []
+        axis = tabulate(self.handle.breaks, self.handle.shape, *self._tables, self.nodes)
+        if axis >= 0:
+            distances = np.diff(self.handle.breaks[axis, : self.cells[axis] + 1])
+            raise BrokeDown(f"knots {int(np.argmin(distances))} and the next along axis {axis} have crossed")
+        self.lower[:] = self.handle.breaks[:, 0]
         for d, spans in enumerate(self.cells):
-            breaks = self.breaks(d)
-            if not np.all(np.diff(breaks) > 0.0):
-                raise BrokeDown(f"knots {int(np.argmin(np.diff(breaks)))} and the next along axis {d} have crossed")
-            tabulate(breaks, self.degree, self.handle.coefficients[d, :spans], self.handle.inverse_width[d, :spans])
-            # g_i = (xi_{i+1} + ... + xi_{i+d}) / d: with them sum_i g_i phi_i(x) = x for every degree
-            windows = np.lib.stride_tricks.sliding_window_view(self.knots(d)[1:-1], self.degree)
-            greville.append(windows.mean(axis=1))
-        self.nodes[:] = tensor_points(greville)
-        self.lower = np.array([self.breaks(d)[0] for d in range(len(self.cells))])
-        self.upper = np.array([self.breaks(d)[-1] for d in range(len(self.cells))])
+            self.upper[d] = self.handle.breaks[d, spans]
 
     def evaluate(self, x: np.ndarray) -> Stencils:
         outside = first_outside(x, self.lower, self.upper)
@@ -335,28 +288,6 @@ class TensorSpline:
         return int(first_outside(x, self.lower, self.upper))
 
     def move(self, displacement: np.ndarray) -> None:
-        """Advect the knots: ``xi_j += sum_i phi_i(xi_j) dx_i``.
-
-        Knots are lines in 2D and planes in 3D: the displacement normal to a line is averaged along it (by integration),
-        so only axis-aligned motion is followed exactly. Recovering knots from moved Greville points instead would be
-        overdetermined, with an undamped (-1)^j mode.
-        """
-        shape = tuple(self.handle.shape)
-        moved = []
-        for d in range(len(shape)):
-            line = displacement[:, d].reshape(shape)
-            for other in reversed([e for e in range(len(shape)) if e != d]):
-                knots = self.knots(other)
-                weight = (knots[self.degree + 1 :] - knots[: -self.degree - 1]) / (self.degree + 1)
-                line = np.tensordot(line, weight / weight.sum(), axes=(other, 0))
-            moved.append(self.breaks(d) + self._along(d, line))
-        for d, breaks in enumerate(moved):
-            self.breaks(d)[:] = breaks
+        """Advect the knots: ``xi_j += sum_i phi_i(xi_j) dx_i`` (`mpmbench.core.bases.knots.advect`)."""
+        advect(self.handle.breaks, self.handle.shape, self.handle.coefficients, displacement)
         self._update()
-
-    def _along(self, axis: int, coefficients: np.ndarray) -> np.ndarray:
-        """The spline with these coefficients along one axis, at the distinct knots of that axis."""
-        spans, table = self.cells[axis], self.handle.coefficients[axis, :, :, : self.degree + 1]
-        windows = np.lib.stride_tricks.sliding_window_view(coefficients, self.degree + 1)
-        first = np.einsum("sa,sa->s", table[:spans, 0], windows)  # t = 0 on each span
-        return np.append(first, table[spans - 1].sum(axis=0) @ windows[-1])  # t = 1 on the last
