@@ -7,7 +7,9 @@ import errno
 import importlib
 import os
 import sys
+import textwrap
 import time
+from collections.abc import Iterable
 
 from mpmbench import __version__
 from mpmbench.runs.arguments import split
@@ -30,9 +32,9 @@ VERBS = {
 HELP = """\
 mpmbench: particle methods of solid mechanics on the same problem, the same particles and the same norm.
 
-  python -m mpmbench KEY=VALUE...               one run
-  python -m mpmbench -m KEY=VALUE,VALUE...      all combinations
-  python -m mpmbench experiments=NAME           an experiment: {experiments}
+  python -m mpmbench KEY=VALUE...                 one run
+  python -m mpmbench -m KEY=VALUE,VALUE...        all combinations
+  python -m mpmbench experiments=NAME             an experiment of {papers}; `list` names them
 {verbs}
 
 Choices
@@ -96,13 +98,18 @@ def help_text() -> str:
     """What ``--help`` prints."""
     lines = (shipped_folder("conf") / "config.yaml").read_text(encoding="utf-8").split("# The discretisation\n")[1]
     return HELP.format(
-        experiments=", ".join(experiments()),
+        papers=", ".join(sorted({name.partition("/")[0] for name in experiments()})),
         verbs="\n".join(
-            f"  python -m mpmbench {verb + ' ' + what:<27}{text}" for verb, (_, what, text) in VERBS.items()
+            f"  python -m mpmbench {verb + ' ' + what:<29}{text}" for verb, (_, what, text) in VERBS.items()
         ),
-        options="\n".join(f"  {group}=".ljust(14) + ", ".join(options(group)) for group in GROUPS),
+        options="\n".join(in_lines(f"  {group}=".ljust(14), options(group)) for group in GROUPS),
         keys="".join(f"  {line}\n" if line else "" for line in lines.split("\n# For experiments")[0].splitlines()),
     )
+
+
+def in_lines(start: str, names: Iterable[str]) -> str:
+    """Names after a word, in lines of at most 100 characters."""
+    return textwrap.fill(", ".join(names), 100, initial_indent=start, subsequent_indent=" " * len(start))
 
 
 def show_configuration(pairs: list[str]) -> int:

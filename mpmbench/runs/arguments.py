@@ -9,6 +9,7 @@ FLAGS = {
     "--multirun": 0, "-m": 0, "--run": 0, "-r": 0, "--resolve": 0, "--hydra-help": 0, "--shell-completion": 0, "-sc": 0,
     "--cfg": 1, "-c": 1, "--package": 1, "-p": 1, "--info": 1, "-i": 1, "--config-dir": 1, "-cd": 1,
 }  # fmt: skip
+MOST_NAMED = 20  # in one sentence
 
 
 def split(arguments: list[str], verbs: list[str]) -> tuple[list[str], list[str]]:
@@ -66,5 +67,7 @@ def check_pair(pair: str, verbs: list[str]) -> None:
         known = experiments() if key == "experiments" else options(key)
         for name in value.split(","):
             if name.strip() not in known:
-                hint = did_you_mean(name.strip(), known) or f"; there are {', '.join(known) or 'none'}"
+                some = list(known)[:MOST_NAMED]
+                more = ", ...; `list` names all" if len(known) > MOST_NAMED else ""
+                hint = did_you_mean(name.strip(), known) or f"; there are {', '.join(some) or 'none'}{more}"
                 raise BadInput(f"{pair}: there is no {key} {name.strip() or chr(39) * 2}{hint}")
