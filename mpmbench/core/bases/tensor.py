@@ -263,15 +263,18 @@ class TensorSpline:
         self.lower, self.upper = np.zeros(dimension), np.zeros(dimension)
         self._update()
 
+    def breaks(self, axis: int) -> np.ndarray:
+        """The distinct knots along one axis [m] (a view)."""
+        return self.handle.breaks[axis, : self.cells[axis] + 1]
+
     def _update(self) -> None:
         """Tabulate the polynomials and re-read the degrees of freedom as Greville abscissae."""
         axis = tabulate(self.handle.breaks, self.handle.shape, *self._tables, self.nodes)
         if axis >= 0:
-            distances = np.diff(self.handle.breaks[axis, : self.cells[axis] + 1])
-            raise BrokeDown(f"knots {int(np.argmin(distances))} and the next along axis {axis} have crossed")
-        self.lower[:] = self.handle.breaks[:, 0]
-        for d, spans in enumerate(self.cells):
-            self.upper[d] = self.handle.breaks[d, spans]
+            crossed = int(np.argmin(np.diff(self.breaks(axis))))
+            raise BrokeDown(f"knots {crossed} and the next along axis {axis} have crossed")
+        for d in range(len(self.cells)):
+            self.lower[d], self.upper[d] = self.breaks(d)[[0, -1]]
 
     def evaluate(self, x: np.ndarray) -> Stencils:
         outside = first_outside(x, self.lower, self.upper)
