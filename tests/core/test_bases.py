@@ -10,8 +10,11 @@ from mpmbench.core.errors import SolverFailure
 # where the default is a special case (MLS with this radius is the linear basis in 1D), the general one
 GENERAL: dict[str, dict] = {"mls": {"relative_radius": 2.3}}
 CASES = [case for name in registry.names("basis") for case in bases.cases(name, GENERAL.get(name))]
-CASES += bases.cases("bspline", {"degree": 1}, kronecker="everywhere", continuous_gradient=False)
-CASES += bases.cases("bspline", {"degree": 3})
+OTHER_DEGREES = bases.cases("bspline", {"degree": 1}, kronecker="everywhere", continuous_gradient=False)
+OTHER_DEGREES += bases.cases("bspline", {"degree": 3})
+CASES += [  # each dimension and degree is compiled anew; 3D adds a third factor only
+    pytest.param(case, marks=pytest.mark.slow) if case.dimension == 3 else case for case in OTHER_DEGREES
+]
 CASES += [case for prior in ("quartic_spline", "gaussian") for case in bases.cases("maxent", {"prior": prior})]
 
 

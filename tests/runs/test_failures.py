@@ -157,7 +157,7 @@ def test_on_error_stop_leaves_the_rest_undone(command, plugins, folder):
         ("basic", signal.SIGINT),
         ("basic", signal.SIGTERM),
         ("joblib", signal.SIGINT),
-        ("submitit_local", signal.SIGTERM),
+        pytest.param("submitit_local", signal.SIGTERM, marks=pytest.mark.slow),
     ],
 )
 def test_an_interrupted_sweep_is_completed_by_the_same_command(folder, plugins, command, launcher, sent):
