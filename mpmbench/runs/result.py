@@ -1,6 +1,7 @@
 """The result file: written whole or not at all, and read back."""
 
 import os
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ STATUSES = (
     "ok", "diverged", "broke_down", "not_converged", "timeout", "crashed", "out_of_memory", "interrupted",
     "not_applicable",
 )  # fmt: skip
+_one_at_a_time = threading.Lock()  # the HDF5 library crashes when two threads read
 HEADERS = 2**16  # bytes that a file holds besides its arrays, about
 
 
@@ -59,7 +61,7 @@ def remove_leftovers(path: Path) -> None:
 def read_attributes(path: Path) -> dict[str, Any] | None:
     """Attributes of a result file; None when it does not exist or is no result."""
     try:
-        with netCDF4.Dataset(path) as file:
+        with _one_at_a_time, netCDF4.Dataset(path) as file:
             attributes = plain_attributes(file)
     except OSError:
         return None
@@ -85,7 +87,7 @@ def read_scalars(path: Path) -> tuple[dict[str, Any], dict[str, tuple[Any, dict[
         When the file cannot be read or is no result of this program.
     """
     try:
-        with netCDF4.Dataset(path) as file:
+        with _one_at_a_time, netCDF4.Dataset(path) as file:
             attributes = plain_attributes(file)
             scalars: dict[str, tuple[Any, dict[str, str]]] = {}
             for name, variable in file.variables.items():

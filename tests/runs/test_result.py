@@ -96,3 +96,16 @@ def test_a_full_disk_is_named_and_ends_with_exit_code_1(command, folder, monkeyp
     assert re.search(r"result +the result could not be written to \S+: File too large\n", outcome.stdout)
     assert [path for path in folder.rglob("*") if path.is_file()] == []
     assert time.monotonic() - began < 60
+
+
+def test_threads_may_read_side_by_side(tmp_path):
+    """In a process of its own: without a lock the HDF5 library ends it by a segmentation fault."""
+    for number in range(20):
+        result.write(DATASET, tmp_path / f"{number}.nc")
+    code = (
+        "import pathlib; from concurrent.futures import ThreadPoolExecutor; from mpmbench.runs import result;"
+        f"files = sorted(pathlib.Path({str(tmp_path)!r}).glob('*.nc')) * 10;"
+        "print(sum(map(bool, ThreadPoolExecutor(4).map(result.read_attributes, files))))"
+    )
+    outcome = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (outcome.returncode, outcome.stdout) == (0, "200\n"), outcome.stderr
