@@ -102,7 +102,7 @@ def quantity_label(study: Study, quantity: str) -> str:
     is_error = quantity.startswith("error_")
     if quantity.endswith("_relative"):
         return f"relative RMS {words} error"
-    unit = study.campaign.units.get(quantity, "").replace(" s-1", "/s")
+    unit = re.sub(r"(?<=[A-Za-z])(?=\d)", "^", study.campaign.units.get(quantity, "").replace(" s-1", "/s"))
     name = f"RMS {words} error" if is_error else words.removeprefix("n ")
     norm = re.fullmatch(r"error_(.+)_l([12])_max", quantity)
     if norm:
