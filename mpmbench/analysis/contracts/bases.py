@@ -197,6 +197,18 @@ def outside_is_noticed(case: BasisCase) -> Finding:
     )
 
 
+def nodes_follow(case: BasisCase) -> Finding:
+    """A stretch along the axes with a shift moves the nodes exactly, and knots with all that follows from them."""
+    if not case.moved:
+        return Finding(True, "nodes at rest")
+    basis = case.build()
+    start = basis.nodes.copy()
+    displacement = 0.03 + start * np.linspace(0.1, 0.2, case.dimension)
+    basis.move(displacement)
+    error = float(np.abs(basis.nodes - start - displacement).max())
+    return Finding(error < 1e-13, f"nodes follow a stretch along the axes with an error of {error:.2g} m")
+
+
 CHECKS: dict[str, Check] = {
     "partition of unity": partition_of_unity,
     "linear completeness": linear_completeness,
@@ -206,4 +218,5 @@ CHECKS: dict[str, Check] = {
     "kronecker": kronecker,
     "gradient jumps": gradient_jumps,
     "outside is noticed": outside_is_noticed,
+    "nodes follow": nodes_follow,
 }
