@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.runs import compose, display, execute, isolation, launchers, live, reporting, settings, sweep
+from mpmbench.runs.guard import guarded
 from mpmbench.runs.identity import result_path
 from mpmbench.runs.ledger import Ledger, follow_owner, opened
 from mpmbench.runs.provenance import attributes
@@ -26,7 +27,12 @@ def run(flags: list[str], pairs: list[str], started: float) -> int:
         When the command began, on the clock of `time.perf_counter`.
     """
     sweeping = compose.sweeping
-    with TerminatedLikeInterrupted(), opened(launchers.shared_folder(pairs)) as ledger:
+    parallel = launchers.chosen(pairs) not in launchers.SEQUENTIAL
+    with (
+        TerminatedLikeInterrupted(),
+        opened(launchers.shared_folder(pairs)) as ledger,
+        guarded(str(ledger.folder)) if parallel else nullcontext(),
+    ):
         view = live.View(ledger)
         sweeping.plan, sweeping.single, sweeping.announce, sweeping.done = None, None, view.begin, ledger.ended
         interrupted = False

@@ -218,6 +218,20 @@ def test_no_process_is_left_when_the_parent_is_killed(folder, plugins, monkeypat
     assert waited(lambda: not pids_of(str(folder)), 5), [psutil.Process(pid) for pid in pids_of(str(folder))]
 
 
+def test_what_a_killed_command_has_started_is_ended_before_it_has_done_anything(folder, monkeypatch):
+    monkeypatch.setenv("MPMBENCH_TEST", str(folder))
+    code = (
+        "import os, subprocess, sys; from mpmbench.runs.guard import guarded\n"
+        "with guarded('this test'):\n"
+        "    subprocess.Popen(['sleep', '60'], stdout=subprocess.DEVNULL)\n"
+        "    if sys.argv[1] == 'killed': os.kill(os.getpid(), 9)"
+    )
+    for how, left in (("killed", 0), ("well", 1)):
+        subprocess.run([sys.executable, "-c", code, how], check=how == "well")
+        assert waited(lambda left=left: len(pids_of(str(folder))) == left, 5)
+    psutil.Process(pids_of(str(folder))[0]).kill()
+
+
 def test_workers_of_joblib_that_are_killed_cost_one_run_at_most(folder, plugins, monkeypatch):
     """joblib gives up all runs when a worker dies: they are launched again, and one that it happens to twice fails."""
     needs("joblib")
