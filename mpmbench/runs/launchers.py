@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -28,9 +29,10 @@ def name_of(hydra: Any) -> str:
 def end_workers(launcher: str) -> None:
     """Wait for the workers of a launcher to go, once the ledger has told them or they have nothing to do."""
     if launcher == "joblib":
-        from joblib.externals.loky import get_reusable_executor
-
-        get_reusable_executor().shutdown(kill_workers=True)
+        # Asking joblib for its workers would import it, which fails after an import that was interrupted half-way.
+        workers = getattr(sys.modules.get("joblib.externals.loky.reusable_executor"), "_executor", None)
+        if workers is not None:
+            workers.shutdown(kill_workers=True)
     elif launcher not in SEQUENTIAL:
         time.sleep(2 * LOOK_EVERY)
 
