@@ -52,6 +52,7 @@ def test_interval_covers_the_order_and_floors_are_recognised():
 
 
 @pytest.mark.parametrize("floor_kind", ["size", "squares"])
+@pytest.mark.slow
 def test_interval_covers_the_order_with_other_floors(floor_kind):
     covered, _, recognised = score(seed=7, cases=400, floor_kind=floor_kind)
     assert covered >= 0.93

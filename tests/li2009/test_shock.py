@@ -131,6 +131,7 @@ def test_rates_on_fine_nodes() -> None:
     assert 1.9 < rate(consistent) < 2.3
 
 
+@pytest.mark.slow
 def test_corrected_gradients_mend_the_density_on_irregular_nodes() -> None:
     errors = {
         gradient: shock(50, problem__irregularity=0.2, basis__gradient=gradient) for gradient in ("exact", "consistent")

@@ -108,6 +108,7 @@ def test_without_exclusive_timings_there_is_a_note_instead_of_a_table(tmp_path, 
     assert not (tmp_path / "report" / "tables" / "bar_fixed_ends-timings.csv").exists()
 
 
+@pytest.mark.slow
 def test_same_results_give_the_same_bytes(quickstart, tmp_path):
     folder, _ = quickstart
     build(folder, tmp_path)

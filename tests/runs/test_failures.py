@@ -155,8 +155,8 @@ def test_on_error_stop_leaves_the_rest_undone(command, plugins, folder):
     ("launcher", "sent"),
     [
         ("basic", signal.SIGINT),
-        ("basic", signal.SIGTERM),
-        ("joblib", signal.SIGINT),
+        pytest.param("basic", signal.SIGTERM, marks=pytest.mark.slow),
+        pytest.param("joblib", signal.SIGINT, marks=pytest.mark.slow),
         pytest.param("submitit_local", signal.SIGTERM, marks=pytest.mark.slow),
     ],
 )
@@ -203,7 +203,9 @@ def computes(pid: int) -> bool:
     return "mpmbench.runs.server" in process.cmdline() and "mpmbench.runs.server" in process.parent().cmdline()
 
 
-@pytest.mark.parametrize(("launcher", "processes"), [("basic", 3), ("joblib", 6), ("submitit_local", 7)])
+@pytest.mark.parametrize(
+    ("launcher", "processes"), [("basic", 3), ("joblib", 6), pytest.param("submitit_local", 7, marks=pytest.mark.slow)]
+)
 def test_no_process_is_left_when_the_parent_is_killed(folder, plugins, monkeypatch, launcher, processes):
     """Neither the server nor the child that hangs, nor a launcher's workers and controllers."""
     needs(launcher)
@@ -232,6 +234,7 @@ def test_what_a_killed_command_has_started_is_ended_before_it_has_done_anything(
     psutil.Process(pids_of(str(folder))[0]).kill()
 
 
+@pytest.mark.slow
 def test_workers_of_joblib_that_are_killed_cost_one_run_at_most(folder, plugins, monkeypatch):
     """joblib gives up all runs when a worker dies: they are launched again, and one that it happens to twice fails."""
     needs("joblib")

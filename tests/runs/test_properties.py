@@ -122,7 +122,7 @@ def planned(composer: Composer, words: list[str]) -> str:
     return "inapplicable" if answer["not_applicable"] else "valid"
 
 
-@pytest.mark.parametrize("number", [80, pytest.param(500, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("number", [40, pytest.param(500, marks=pytest.mark.slow)])
 def test_random_override_lists(composer, folder, number):
     counts: Counter[str] = Counter()
 

@@ -62,6 +62,7 @@ def test_exclusive_runs_are_timed_in_turn_and_completed_when_more_is_asked(comma
     assert "0 to run" in command("-m", "resolution=4,5").out
 
 
+@pytest.mark.slow
 def test_timings_of_parallel_runs_do_not_count(command, folder):
     pytest.importorskip("joblib")
     sweep = ("-m", "resolution=4,5", "hydra/launcher=joblib")
