@@ -71,6 +71,7 @@ def test_reference_values(method: str, basis: str, changes: dict, expected: floa
     assert float(result["error_displacement_rms"]) == pytest.approx(expected, rel=0.02)
 
 
+@pytest.mark.slow
 def test_errors_against_the_linear_solution_stop_at_the_nonlinearity() -> None:
     """7.9e-7 m at T = 0.4: what the paper measures there is the difference of two solutions."""
     result = run("bar_dynamic_traction", "unified", "bspline")
@@ -115,6 +116,7 @@ class TestOtmMaxEnt(ConvergenceStudy):
     cells, changes = (16, 32, 64, 128, 256), SHORT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ("otm", "unified"))
 def test_runs_until_four_seconds(method: str) -> None:
     """Four passages of the wave; the load has done work and the energy balance holds."""

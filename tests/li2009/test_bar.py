@@ -68,6 +68,7 @@ def test_tip_history(method: str, basis: str, changes: dict[str, Any], energy: f
     assert float(result["total_energy_drift"]) <= energy
 
 
+@pytest.mark.slow
 def test_lumped_position_differences_lose_energy() -> None:
     result = bar("otm", "lme", method__mass="lumped", particles_per_cell=1)
     assert 0.01 < float(result["total_energy_end"]) < 0.25

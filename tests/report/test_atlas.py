@@ -68,6 +68,7 @@ def test_all_statuses_and_a_long_axis_label_fit(tmp_path, write_run):
     assert len(drawn(tmp_path)[1]) == 2 * len(atlas.COLOURS)
 
 
+@pytest.mark.slow
 def test_every_report_has_it(tmp_path, write_run):
     write_run(tmp_path, resolution=8)
     page = report.build(tmp_path).read_text()

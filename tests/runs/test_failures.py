@@ -112,6 +112,7 @@ def test_the_same_command_runs_only_what_has_no_lasting_result(swept, command, p
     assert "4 of the runs failed" in again.out
 
 
+@pytest.mark.slow
 def test_a_raised_limit_or_rerun_failed_tries_again(command, plugins, folder):
     arguments = ("-m", "problem=failing_bar", "problem.fault=slow")
     assert command(*arguments, "limits.time=0.2").code == 1

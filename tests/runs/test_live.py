@@ -80,6 +80,7 @@ def on_a_terminal(*more: str, **environment: str) -> str:
     return output.decode()
 
 
+@pytest.mark.slow
 def test_a_terminal_shows_what_runs_and_no_colour_is_respected(folder, plugins):
     shown = on_a_terminal()
     assert "1 running" in shown and "0 of 2 done" in shown

@@ -115,6 +115,7 @@ hydra:
 """
 
 
+@pytest.mark.slow
 def test_a_request_to_terminate_ends_the_sweeps_too(folder, study, plugins, monkeypatch):
     (study / "one.yaml").write_text(SLOW)
     (study / "two.yaml").write_text(SLOW)

@@ -84,6 +84,7 @@ def test_status_names_the_file_that_changed(command, folder, plugins, monkeypatc
     assert "1 stale" in command("status", *sweep).out.splitlines()[-1]
 
 
+@pytest.mark.slow
 def test_joblib_runs_a_sweep_with_the_same_guarantees(command, plugins, folder):
     pytest.importorskip("hydra_plugins.hydra_joblib_launcher")
     outcome = command(
