@@ -8,6 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -36,3 +38,8 @@ class Finding:
 
 
 Check = Callable[[Any], Finding]
+
+
+def largest(values: np.ndarray) -> float:
+    """Largest magnitude; not-a-number stays one."""
+    return float(np.abs(values).max())

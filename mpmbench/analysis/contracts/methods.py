@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mpmbench.analysis.contracts import Check, Finding
+from mpmbench.analysis.contracts import Check, Finding, largest
 from mpmbench.core import registry
 from mpmbench.core.geometry import Box
 from mpmbench.core.methods import Choices
@@ -210,11 +210,6 @@ def tracers_do_nothing(case: MethodCase) -> Finding:
     same = np.array_equal(q.x[:-2], p.x) and np.array_equal(q.sigma[:-2], p.sigma)
     moved = float(np.abs(q.x[-2:] - q.X[-2:]).min())
     return Finding.all([ended, Finding(same, "massless points change the others"), Finding(moved > 1e-3, "they stay")])
-
-
-def largest(error: np.ndarray) -> float:
-    """Largest magnitude; not-a-number stays one."""
-    return float(np.abs(error).max())
 
 
 CHECKS: dict[str, Check] = {

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from mpmbench.analysis.contracts import Check, Finding
+from mpmbench.analysis.contracts import Check, Finding, largest
 from mpmbench.core import registry
 from mpmbench.core.materials import Material
 from mpmbench.core.methods import Choices
@@ -114,11 +114,6 @@ def nodes_hold_the_particles(case: ProblemCase) -> Finding:
 def most(values: np.ndarray) -> float:
     """Largest magnitude of all but a fiftieth of the values: a jump may be read from either side."""
     return float(np.quantile(np.abs(values), 0.98))
-
-
-def largest(values: np.ndarray) -> float:
-    """Largest magnitude; not-a-number stays one."""
-    return float(np.abs(values).max())
 
 
 CHECKS: dict[str, Check] = {

@@ -249,6 +249,20 @@ def subset(campaign: Campaign, **match: Any) -> Campaign:
     return _rows(campaign, keep)
 
 
+def variables(campaigns: Campaigns, campaign: str, *wanted: str, **match: Any) -> tuple[str, dict[str, np.ndarray]]:
+    """File of the one finished run that matches, and its variables.
+
+    Raises
+    ------
+    MissingRuns
+        When there is no such run, or it did not finish.
+    """
+    runs = Runs(campaigns)
+    runs.number(campaign, "steps", **match)
+    file = runs.evidence[-1].files[0]
+    return file, campaigns[campaign].variables(file, wanted)
+
+
 def cell(campaigns: Campaigns, campaign: str, quantity: str, **match: Any) -> Cell:
     """The number of the one run that matches, with its file; its status when it did not finish, empty without a run."""
     runs = Runs(campaigns)

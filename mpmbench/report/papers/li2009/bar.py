@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.colors import LogNorm
 
 from mpmbench.report import style
-from mpmbench.report.papers.li2009.support import CONSISTENT, LUMPED, OTM, panels, single, variables
-from mpmbench.report.papers.parts import Campaigns, Chapter, MissingRuns, cell
+from mpmbench.report.papers.li2009.support import CONSISTENT, LUMPED, OTM, panels, single
+from mpmbench.report.papers.parts import Campaigns, Chapter, MissingRuns, cell, variables
 from mpmbench.report.tables import Cell, Table
 
 UNIFORM = {"problem__irregularity": 0.0}

@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mpmbench.report import style
-from mpmbench.report.papers.li2009.support import panels, variables
-from mpmbench.report.papers.parts import Campaigns, Chapter, cell
+from mpmbench.report.papers.li2009.support import panels
+from mpmbench.report.papers.parts import Campaigns, Chapter, cell, variables
 from mpmbench.report.tables import Cell, Table
 
 GAMMAS = (0.8, 1.8, 2.8, 6.8)

@@ -13,9 +13,8 @@ from mpmbench.report.papers.li2009.support import (
     VELOCITY,
     exact_shock,
     panels,
-    variables,
 )
-from mpmbench.report.papers.parts import Campaigns, Chapter, MissingRuns, cell
+from mpmbench.report.papers.parts import Campaigns, Chapter, MissingRuns, cell, variables
 from mpmbench.report.tables import Cell, Table
 
 PARTICLES = (1, 2, 3, 4, 6, 8)

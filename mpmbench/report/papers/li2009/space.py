@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mpmbench.report import style
-from mpmbench.report.papers.li2009.support import DENSITY, FIELDS, OTM, VELOCITY, exact_shock, panels, variables
-from mpmbench.report.papers.parts import Campaigns, Chapter, cell
+from mpmbench.report.papers.li2009.support import DENSITY, FIELDS, OTM, VELOCITY, exact_shock, panels
+from mpmbench.report.papers.parts import Campaigns, Chapter, cell, variables
 from mpmbench.report.tables import Cell, Table
 
 COLOURS: dict[str, Any] = {"cmap": "viridis", "vmin": 0.0, "vmax": 2.2, "rasterized": True}  # velocity [m/s]

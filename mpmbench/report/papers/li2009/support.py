@@ -7,8 +7,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mpmbench.report import style
-from mpmbench.report.claims import Runs
-from mpmbench.report.papers.parts import Campaigns
 
 VELOCITY, DENSITY = "error_velocity_l2_max", "error_density_l1_max"
 LUMPED = {"mass": "lumped", "method__transfer": "nodal"}
@@ -16,20 +14,6 @@ CONSISTENT = {"mass": "consistent", "method__transfer": "position_difference"}
 FIELDS = ("position_initial", "position", "velocity", "displacement", "volume", "snapshot_time")
 OTM = {"method": "otm", "basis": "lme"}
 SHOCK = {"rho": 1.0, "K": 1.0, "eta": 0.0025, "ahead": 1.0, "behind": 0.1}  # Table 4.1
-
-
-def variables(campaigns: Campaigns, campaign: str, *wanted: str, **match: Any) -> tuple[str, dict[str, np.ndarray]]:
-    """File of the one finished run that matches, and its variables.
-
-    Raises
-    ------
-    MissingRuns
-        When there is no such run, or it did not finish.
-    """
-    runs = Runs(campaigns)
-    runs.number(campaign, "steps", **match)
-    file = runs.evidence[-1].files[0]
-    return file, campaigns[campaign].variables(file, wanted)
 
 
 def exact_shock(X: np.ndarray, t: float) -> dict[str, np.ndarray]:

@@ -7,8 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mpmbench.report import style
-from mpmbench.report.claims import Runs
-from mpmbench.report.papers.parts import Campaigns
+from mpmbench.report.papers.parts import Campaigns, variables
 from mpmbench.report.tables import Cell
 
 ERROR, STRESS, TIME = "error_displacement_rms", "error_stress_rms", "solver_time"
@@ -34,17 +33,8 @@ def method(name: str, **more: Any) -> dict[str, Any]:
 
 
 def fields(campaigns: Campaigns, campaign: str, *wanted: str, **match: Any) -> tuple[str, dict[str, np.ndarray]]:
-    """File of the one finished run that matches, and its variables; the last snapshot of those that have several.
-
-    Raises
-    ------
-    MissingRuns
-        When there is no such run, or it did not finish.
-    """
-    runs = Runs(campaigns)
-    runs.number(campaign, "steps", **match)
-    file = runs.evidence[-1].files[0]
-    found = campaigns[campaign].variables(file, wanted)
+    """As `variables`, of those with several snapshots the last."""
+    file, found = variables(campaigns, campaign, *wanted, **match)
     return file, {name: value if name == "position_initial" else value[-1] for name, value in found.items()}
 
 
