@@ -267,8 +267,11 @@ def _add_records(out: xr.Dataset, solution: Solution) -> None:
             out[name] = ((row_dim, dim), table)
             out[name].attrs = {"units": unit, "long_name": text}
     if "newton_residual" in solution.records:
-        text = "number of steps that did not converge and were done in two halves"
-        out["halved_steps"] = ((), len(solution.records.get("halved_at", [])), {"units": "1", "long_name": text})
+        for name, record, text in (
+            ("stiffened_steps", "stiffened_at", "number of steps that converged with a stiffer tangent only"),
+            ("halved_steps", "halved_at", "number of steps that did not converge and were done in two halves"),
+        ):
+            out[name] = ((), len(solution.records.get(record, [])), {"units": "1", "long_name": text})
 
 
 def _add_snapshots(out: xr.Dataset, case: Case, p: Particles, X: np.ndarray, solution: Solution) -> None:

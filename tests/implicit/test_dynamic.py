@@ -12,6 +12,7 @@ from mpmbench.core.bases.linear import Linear
 from mpmbench.core.bases.mls import MovingLeastSquares
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Box
+from mpmbench.core.implicit import newton
 from mpmbench.core.materials.neo_hookean import NeoHookean
 from mpmbench.core.methods import Choices
 from mpmbench.core.particles import Particles, seed_cells
@@ -222,6 +223,23 @@ def test_no_run_of_the_column_ends_without_a_reason(basis: str) -> None:
         result = run("soil_column", method, basis, **changes)
         assert result.attrs["status"] == "ok" or len(result.attrs["reason"]) > 20
         assert float(result.time_reached) > 0.1
+
+
+def test_a_stiffer_tangent_holds_what_is_hardly_held(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Particles at the apex of the yield surface, just beyond the edge of a cell: alone they hold the next nodes."""
+    settings = {"time_step": 1e-2, "end_time": 0.5}
+    result = run("soil_column", "implicit_mpm", "linear", **settings)
+    assert result.attrs["status"] == "ok", result.attrs["reason"]
+    assert int(result.stiffened_steps) > 0
+    assert int(result.halved_steps) == 0
+    norms = result.newton_residual.values
+    slow = norms[np.argmax(np.isfinite(norms).sum(axis=1))]
+    slow = slow[np.isfinite(slow)]
+    assert slow[-1] < 1e-2 * slow[-2]  # it fades with the residual; a constant one would converge linearly
+    monkeypatch.setattr(newton, "STIFFENINGS", (0.0,))
+    result = run("soil_column", "implicit_mpm", "linear", **settings)
+    assert result.attrs["status"] == "not_converged"
+    assert int(result.halved_steps) > 0
 
 
 def test_splines_are_refused_where_they_cannot_be_clamped() -> None:

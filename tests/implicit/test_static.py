@@ -213,11 +213,11 @@ def test_newton_gives_up_what_goes_in_circles(residuals: list[float], given_up_a
     equations: Any = GivenResiduals(list(residuals))
     norms: list[float] = []
     if given_up_after is None:
-        newton(state, equations, np.zeros((1, 1)), np.inf, norms)
+        newton(state, equations, np.zeros((1, 1)), 0.0, norms)
         assert norms == residuals
     else:
         with pytest.raises(NotConverged, match=f"after {given_up_after} iterations"):
-            newton(state, equations, np.zeros((1, 1)), np.inf, norms)
+            newton(state, equations, np.zeros((1, 1)), 0.0, norms)
 
 
 def test_settings_are_checked() -> None:

@@ -107,6 +107,21 @@ def add_mass(phi, m, slot, blocks):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def add_laplacian(phi, V0, stiffness, slot, blocks):  # type: ignore[no-untyped-def]
+    """``K_IJ += stiffness sum_p V0_p (grad N_I . grad N_J) I``, shape (blocks, dim, dim)."""
+    for p in range(phi.size.shape[0]):
+        for k in range(phi.size[p]):
+            for n in range(phi.size[p]):
+                s = slot[p, k, n]
+                if s >= 0:
+                    total = 0.0
+                    for d in range(len(phi.axes)):
+                        total += phi.grad_phi[p, k, d] * phi.grad_phi[p, n, d]
+                    for d in range(len(phi.axes)):
+                        blocks[s, d, d] += stiffness * V0[p] * total
+
+
+@kernel
 def add_lumped(phi, m, out):  # type: ignore[no-untyped-def]
     """``m_I += sum_p m_p N_I`` [kg], shape (N,)."""
     for p in range(phi.size.shape[0]):

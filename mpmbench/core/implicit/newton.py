@@ -12,7 +12,7 @@ from mpmbench.core.implicit.linear import block_product, factorise, product
 from mpmbench.core.implicit.workspace import Workspace
 from mpmbench.core.state import State
 
-STEP_LIMITS = (np.inf, 0.2, 0.1, 0.05)  # of Newton's steps in particle spacings, one attempt after the other
+STIFFENINGS = (0.0, 0.1, 1.0)  # what each attempt adds to the tangent at the start, in Young's moduli
 PATIENCE = 8  # iterations without a smaller residual, after which an attempt is given up: it goes in circles
 SHORTEST_STEP = 2.0**-12  # a Newton step that must be shortened more than this leads nowhere
 SHORTEST_SEARCH = 0.1  # below this fraction of a step, the line search takes the best that it has seen
@@ -126,6 +126,11 @@ class Equations:
             residual[pattern.active] -= (self.G.T @ w.held.multiplier).reshape(-1, du.shape[1])
         return residual
 
+    def stiffen(self, stiffening: float) -> None:
+        """Add the stiffness of a Laplacian, in Young's moduli, to the tangent only."""
+        stiffness = stiffening * self.young_modulus
+        assembly.add_laplacian(self.w.phi, self.s.particles.V0, stiffness, self.pattern.slot, self.blocks)
+
     def correction(self, du: np.ndarray, residual: np.ndarray) -> np.ndarray:
         """``K^-1 r``, shape (N, dim); multipliers are brought up to date."""
         solve = factorise(self.pattern, self.blocks, self.fixed, self.w.room)
@@ -164,8 +169,7 @@ class Equations:
 def equilibrate(s: State, equations: Equations) -> tuple[np.ndarray, np.ndarray]:
     """Newton's iteration from rest; returns the increment [m] and the residual [N], shapes (N, dim).
 
-    Where it fails it starts again with shorter and shorter steps: from zero, the first step throws nodes that hardly
-    any particle holds far away. Norms relative to the external force are recorded.
+    Where it fails it starts again with a stiffer tangent. Norms relative to the external force are recorded.
 
     Raises
     ------
@@ -173,30 +177,35 @@ def equilibrate(s: State, equations: Equations) -> tuple[np.ndarray, np.ndarray]
         When the residual does not reach the tolerance.
     """
     multiplier = equations.multiplier()
-    spacing = float(np.median(s.particles.V0[s.particles.material])) ** (1.0 / s.particles.dimension)
     du = np.zeros_like(equations.external)
-    for attempt, limit in enumerate(STEP_LIMITS):
+    for stiffening in STIFFENINGS:
         du[:] = 0.0
         norms: list[float] = []
         equations.start_again(multiplier)
         try:
-            residual = newton(s, equations, du, limit * spacing, norms)
+            residual = newton(s, equations, du, stiffening, norms)
         except NotConverged:
-            if attempt == len(STEP_LIMITS) - 1:
+            if stiffening == STIFFENINGS[-1]:
                 equations.start_again(multiplier)
                 s.record("newton_residual", np.array(norms))
                 raise
         else:
+            if stiffening:
+                s.record("stiffened_at", s.time)
             s.record("newton_residual", np.array(norms))
             return du, residual
     raise AssertionError("the last attempt returns or raises")
 
 
-def newton(s: State, equations: Equations, du: np.ndarray, limit: float, norms: list[float]) -> np.ndarray:
-    """Newton's iteration with steps of at most `limit` [m]; returns the residual.
+def newton(s: State, equations: Equations, du: np.ndarray, stiffening: float, norms: list[float]) -> np.ndarray:
+    """Newton's iteration; returns the residual.
 
     A step that turns a particle inside out is halved; so is one that makes the residual grow, except the first: a
     rotation makes membrane stress, which the second step removes. Relative norms on the way are added to `norms`.
+
+    A particle at the apex of a yield surface has no stiffness, and nodes that only it holds are thrown far away. With
+    `stiffening` the tangent has more, in proportion to the residual, so that the last steps are Newton's own and
+    converge quadratically (Fan and Yuan 2005, on the Levenberg-Marquardt method).
     """
     residual = equations.residual(du)
     if residual is None:
@@ -210,12 +219,11 @@ def newton(s: State, equations: Equations, du: np.ndarray, limit: float, norms: 
                 f"Newton's iteration: residual {norms[-1]:.2e} of the external force after {iterations} iterations; "
                 f"{s.choices.residual_tolerance:.1e} is wanted"
             )
+        if stiffening:
+            equations.stiffen(stiffening * min(1.0, norms[-1]))
         change = equations.correction(du, residual)
-        longest = float(np.abs(change).max())
-        if longest > limit:
-            change *= limit / longest
         grow = s.choices.line_search and len(norms) > 1
-        allowed = GROWTH * norms[-1] * reference if grow else np.inf
+        allowed = (1.0 if stiffening else GROWTH) * norms[-1] * reference if grow else np.inf
         residual = search_line(equations, du, change, allowed)
         norms.append(equations.size(du, residual) / reference)
     return residual
