@@ -58,6 +58,22 @@ def test_reproduction(name: str, dim: int) -> None:
     assert exact == (name == "mls quadratic")
 
 
+def test_a_point_outside_the_nodes_that_carry_weight_takes_in_another() -> None:
+    """A point of a shear band: five of six nodes on one side, the last one at the rim, and functions up to 10."""
+    band = [(-0.263, 0.246), (-0.612, -0.176), (0.064, 0.715), (-1.004, -0.572), (0.337, 1.216), (0.989, -0.984)]
+    beyond = [(1.3, -0.55), (0.6, -1.4), (1.6, 0.2), (-0.9, 1.4), (-1.7, 0.3)]
+    x = np.zeros((1, 2))
+    few = MovingLeastSquares(minimum_nodes=6).build(Cloud(np.array(band), spacing=1.0), 1, True)
+    assert np.abs(few.evaluate(x).phi).max() > 9.0  # there is no other node
+    basis = MovingLeastSquares(minimum_nodes=6).build(Cloud(np.array(band + beyond), spacing=1.0), 1, True)
+    basis.locate(x)
+    assert basis.repaired == 1
+    phi = basis.handle.phi[0, : basis.handle.size[0]]
+    assert basis.handle.size[0] > 6
+    assert np.abs(phi).sum() < 2.0
+    assert phi @ basis.nodes[basis.handle.index[0, : len(phi)]] == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
 @pytest.mark.parametrize("name", CLOUDS)
 def test_gradients_are_those_of_the_values(name: str) -> None:
     """By central differences, where the cloud is the same on both sides."""

@@ -103,7 +103,8 @@ class CloudBasis:
         radius = self._radii(distance, count)
         stored = Stencils.empty(len(x), int(count.max(initial=1)) + SPARE, x.shape[1])
         failed = np.zeros(len(x), dtype=np.bool_)
-        self._fill_points(self.nodes, x, np.arange(len(x)), near, count, radius, True, stored, failed)
+        strict = int(count.max(initial=1)) < len(self.nodes)  # else there is nothing to take in
+        self._fill_points(self.nodes, x, np.arange(len(x)), near, count, radius, strict, stored, failed)
         repaired, rounds = int(failed.sum()), 0
         while (points := np.flatnonzero(failed)).size:
             rounds += 1
@@ -122,7 +123,8 @@ class CloudBasis:
                 stored = _widened(stored, most + SPARE)
             radius[points] = self._radii(distance[points], count[points])
             failed[:] = False
-            self._fill_points(self.nodes, x, points, near, count, radius, rounds < PATIENCE, stored, failed)
+            strict = rounds < PATIENCE and most < len(self.nodes)
+            self._fill_points(self.nodes, x, points, near, count, radius, strict, stored, failed)
         return stored, repaired
 
     def _nearest(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

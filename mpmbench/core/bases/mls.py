@@ -27,6 +27,7 @@ PROMISES = Promises(
 )
 DIRECT_RADIUS = math.sqrt(2.0) * (1.0 + 1e-6)  # in nodal spacings, on regular nodes
 SMALLEST_PIVOT = 1e-10  # of M, scaled to a unit diagonal: below it the cloud takes in another node
+LARGEST_SUM = 2.0  # of |N_I|: more has a point outside the nodes that carry weight, and its cloud takes in another node
 
 
 @register("basis", "mls")
@@ -110,7 +111,8 @@ class MovingLeastSquares:
             stored: Stencils,
             failed: np.ndarray,
         ) -> None:
-            fill_points(nodes, x, points, near, count, radii, degree, polynomials, weight, effective, stored, failed)
+            settings = degree, polynomials, weight, effective, LARGEST_SUM if strict else math.inf
+            fill_points(nodes, x, points, near, count, radii, *settings, stored, failed)
 
         return CloudBasis(nodes, particles, radius, max(self.minimum_nodes, polynomials), fill, PROMISES)
 
@@ -190,8 +192,8 @@ def substitute(M, b):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def fill_points(nodes, x, points, near, count, radii, degree, m, weight, effective, stored, failed):  # type: ignore[no-untyped-def]
-    """Functions and full gradients (weights included) at ``x[points]``; marks points whose matrix is singular.
+def fill_points(nodes, x, points, near, count, radii, degree, m, weight, effective, largest_sum, stored, failed):  # type: ignore[no-untyped-def]
+    """Functions and full gradients (weights included) at ``x[points]``; marks points without, or with too large ones.
 
     With ``c = M^-1 P(0)``: ``grad N_I = (P_I . grad c + c . grad P_I) W_I + c . P_I grad W_I`` and
     ``grad c = -M^-1 (grad M) c``.
@@ -228,12 +230,17 @@ def fill_points(nodes, x, points, near, count, radii, degree, m, weight, effecti
         c[0] = 1.0
         substitute(M, c)
         stored.size[p] = count[p]
+        total = 0.0
         for k in range(count[p]):
             value = 0.0
             for a in range(m):
                 value += c[a] * P[k, a]
             stored.index[p, k] = near[p, k]
             stored.phi[p, k] = value * W[k]
+            total += abs(stored.phi[p, k])
+        if total > largest_sum:
+            failed[p] = True
+            continue
         for d in range(dim):
             dc[:] = 0.0
             for k in range(count[p]):
