@@ -20,9 +20,6 @@ class BandMass:
         self._factored = False
         self._band = np.zeros((len(fixed), 1))
         self._factor = np.zeros((0, len(fixed), 1))
-        # components that are constrained alike share one factor
-        masks: list[bytes] = [fixed[:, d].tobytes() for d in range(fixed.shape[1])]
-        self._group = [masks.index(mask) for mask in masks]
 
     def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
         if self._factored and getattr(basis, "constant_values", False):
@@ -32,6 +29,9 @@ class BandMass:
             self._band = np.zeros((len(self.fixed), width + 1))
             self._factor = np.zeros((self.fixed.shape[1], len(self.fixed), width + 1))
         self._threshold = self.cutoff * p.m[0]
+        # components that are constrained alike share one factor
+        masks: list[bytes] = [self.fixed[:, d].tobytes() for d in range(self.fixed.shape[1])]
+        self._group = [masks.index(mask) for mask in masks]
         for d in sorted(set(self._group)):
             pivot = factorise(self._band, self._threshold, self.fixed[:, d], self._factor[d])
             if pivot >= 0:

@@ -58,11 +58,14 @@ class Loads:
     prescribed_motion : callable or None
         ``prescribed_motion(X_i, t)`` gives the displacement [m], shape (N, dim), of the fixed components of nodes that
         started at X_i; without it they rest.
+    landing : callable or None
+        ``landing(x_i)`` marks the components of moving nodes, shape (N, dim) of bool, that are held from now on.
     """
 
     body_force: Callable[[np.ndarray, float, np.ndarray], None] | None = None
     traction: Callable[[float], np.ndarray] | None = None
     prescribed_motion: Callable[[np.ndarray, float], np.ndarray] | None = None
+    landing: Callable[[np.ndarray], np.ndarray] | None = None
 
 
 @dataclass
@@ -123,6 +126,15 @@ class State:
     def record(self, name: str, value: Any) -> None:
         """Note a number or array about the step being done."""
         self.records.setdefault(name, []).append(value)
+
+    def land(self) -> None:
+        """Hold the moving nodes that have met what the material rests on."""
+        if self.loads.landing is None or not self.choices.moving:
+            return
+        landed = self.loads.landing(self.basis.nodes) & ~self.fixed
+        if landed.any():
+            self.fixed |= landed
+            self.nodes.v[landed], self.nodes.a[landed] = 0.0, 0.0
 
     def __post_init__(self) -> None:
         self.law = self.material.law

@@ -1,8 +1,8 @@
 """Collapse of a cohesive soil column under its own weight, plane strain (Iaconeta 2017, section 5.3; Bui et al. 2008).
 
 A column 4 m wide and 2 m high of Mohr-Coulomb material, with a roller on its left wall and a rough base, is released:
-gravity acts at once. Its right side slumps over the base. Clouds of moving nodes need nodes of the base beyond the
-column too, on which the soil comes to rest.
+gravity acts at once. Its right side slumps over the base. Clouds of moving nodes need nodes of the base beyond the column too,
+on which the soil comes to rest; nodes between them pass through the base unless they are held there.
 """
 
 import math
@@ -25,6 +25,7 @@ from mpmbench.problems import Problem
 BASE_LENGTH = 8.0  # [m]
 GRID_HEIGHT = 2.2  # [m]
 MARGIN = 4  # cells of grid beyond both
+SLACK = 4e-9  # [m]
 
 
 @register("problem", "soil_column")
@@ -41,12 +42,16 @@ class SoilColumn(Problem):
     initial_stress : {"none", "k0"}
         Stress-free, or the weight of the soil above with the lateral stress of a column at rest, ``1 - sin phi`` times
         the vertical one.
+    base : {"plane", "nodes"}
+        What stops moving nodes: a rough plane, to which those that reach it stick; or only the functions that they share
+        with the nodes of the base (Iaconeta 2017), between which they sink.
     particle_layout : {"gauss", "midpoint"}
     """
 
     gravity: float = 9.81
     initial_acceleration: str = "zero"
     initial_stress: str = "none"
+    base: str = "plane"
     particle_layout: str = "gauss"
     dimension: ClassVar[int] = 2
     reference_length: ClassVar[float] = 4.0
@@ -57,6 +62,7 @@ class SoilColumn(Problem):
         require(0.0 < self.gravity < 1e4, "gravity", self.gravity, "a positive number [m/s2], less than 10000")
         require_option("initial_acceleration", self.initial_acceleration, ("zero", "gravity"))
         require_option("initial_stress", self.initial_stress, ("none", "k0"))
+        require_option("base", self.base, ("plane", "nodes"))
         require_option("particle_layout", self.particle_layout, LAYOUTS)
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
@@ -65,6 +71,8 @@ class SoilColumn(Problem):
             raise NotApplicable("soil_column is a dynamic problem: it needs method.time=newmark or explicit")
         if choices.moving and basis in ("linear", "bspline"):
             raise NotApplicable(f"basis={basis} on moving nodes ends where the column ends: it cannot meet the base")
+        if choices.moving and choices.dirichlet != "direct" and self.base == "plane":
+            raise NotApplicable("problem.base=plane holds the nodes themselves (method.dirichlet=direct): use base=nodes")
         if self.initial_stress == "k0" and not isinstance(material, MohrCoulomb):
             raise NotApplicable("problem.initial_stress=k0 needs material=mohr_coulomb, whose history holds the stress")
 
@@ -100,15 +108,18 @@ class SoilColumn(Problem):
             particles.sigma[:, 0, 0], particles.sigma[:, 1, 1] = tau[:, 0], tau[:, 1]
 
     def fixed(self, x: np.ndarray) -> np.ndarray:
-        slack = 1e-9 * self.reference_length
-        base, wall = x[:, 1] < slack, x[:, 0] < slack
-        return np.stack([base | wall, base], axis=1)
+        wall = x[:, 0] < SLACK
+        return self.landed(x) | np.stack([wall, np.zeros_like(wall)], axis=1)
+
+    def landed(self, x: np.ndarray) -> np.ndarray:
+        """Nodes on the base or below it, both components."""
+        return np.repeat(x[:, 1:] < SLACK, 2, axis=1)
 
     def loads(self, material: Material) -> Loads:
         def weight(X: np.ndarray, t: float, b: np.ndarray) -> None:
             b[:, 0], b[:, 1] = 0.0, -self.gravity
 
-        return Loads(body_force=weight)
+        return Loads(body_force=weight, landing=self.landed if self.base == "plane" else None)
 
     # quantities of interest
 

@@ -21,6 +21,7 @@ from mpmbench.core.state import State
 def step(s: State, dt: float) -> None:
     """Advance the state by one step of size `dt` [s]."""
     p, n, choices = s.particles, s.nodes, s.choices
+    s.land()
     s.basis.locate(p.x)  # step 3
     if choices.stress_update == "usf":
         project_velocity(s)

@@ -28,6 +28,7 @@ def one_step(s: State, dt: float) -> None:
     """Advance the state by one step of size `dt` [s]."""
     p, n = s.particles, s.nodes
     velocity, displacement = s.choices.newmark_velocity, s.choices.newmark_displacement
+    s.land()
     w = prepare(s)
     mass = mass_blocks(s, w)
     lumped_mass(s, w)
