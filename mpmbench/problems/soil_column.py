@@ -1,8 +1,8 @@
 """Collapse of a cohesive soil column under its own weight, plane strain (Iaconeta 2017, section 5.3; Bui et al. 2008).
 
 A column 4 m wide and 2 m high of Mohr-Coulomb material, with a roller on its left wall and a rough base, is released:
-gravity acts at once. Its right side slumps over the base. Clouds of moving nodes need nodes of the base beyond the column too,
-on which the soil comes to rest; nodes between them pass through the base unless they are held there.
+gravity acts at once. Its right side slumps over the base. Clouds of moving nodes need nodes of the base beyond the
+column too, on which the soil comes to rest; between these, nodes pass through the base unless they are held there.
 """
 
 import math
@@ -43,8 +43,8 @@ class SoilColumn(Problem):
         Stress-free, or the weight of the soil above with the lateral stress of a column at rest, ``1 - sin phi`` times
         the vertical one.
     base : {"plane", "nodes"}
-        What stops moving nodes: a rough plane, to which those that reach it stick; or only the functions that they share
-        with the nodes of the base (Iaconeta 2017), between which they sink.
+        What stops moving nodes: a rough plane, to which those that reach it stick; or only the functions that they
+        share with the nodes of the base (Iaconeta 2017), between which they sink.
     particle_layout : {"gauss", "midpoint"}
     """
 
@@ -72,7 +72,7 @@ class SoilColumn(Problem):
         if choices.moving and basis in ("linear", "bspline"):
             raise NotApplicable(f"basis={basis} on moving nodes ends where the column ends: it cannot meet the base")
         if choices.moving and choices.dirichlet != "direct" and self.base == "plane":
-            raise NotApplicable("problem.base=plane holds the nodes themselves (method.dirichlet=direct): use base=nodes")
+            raise NotApplicable("problem.base=plane holds the nodes themselves: it needs method.dirichlet=direct")
         if self.initial_stress == "k0" and not isinstance(material, MohrCoulomb):
             raise NotApplicable("problem.initial_stress=k0 needs material=mohr_coulomb, whose history holds the stress")
 
