@@ -58,7 +58,7 @@ def test_load_steps_make_the_coincidence_conditional(tmp_path, write_run):
 
 
 @pytest.mark.parametrize(
-    ("ended", "halved", "answer"),
+    ("ended", "helped", "answer"),
     [
         ({}, {"MPM": 0, "GMM-MLS": 3, "GMM-LME": 1}, HOLDS),
         ({}, {"MPM": 2, "GMM-MLS": 3, "GMM-LME": 1}, FAILS),
@@ -66,17 +66,41 @@ def test_load_steps_make_the_coincidence_conditional(tmp_path, write_run):
         ({"GMM-LME": "diverged", "MPM": "not_converged"}, {"MPM": 0, "GMM-MLS": 0, "GMM-LME": 0}, FAILS),
     ],
 )
-def test_robust_is_what_ends_with_the_fewest_halved_steps(tmp_path, write_run, ended, halved, answer):
-    for name, steps in halved.items():
+def test_robust_is_what_ends_with_the_fewest_steps_that_need_help(tmp_path, write_run, ended, helped, answer):
+    for name, steps in helped.items():
         for n in (40, 80):
             match, status = METHODS[name], ended.get(name, "ok")
             write_run(
-                tmp_path / "soil", match["method"], match["basis"], n, scalars={"halved_steps": steps}, status=status,
-                snapshot=False,
+                tmp_path / "soil", match["method"], match["basis"], n, status=status, snapshot=False,
+                scalars={"stiffened_steps": steps - steps // 2, "halved_steps": steps // 2},
             )  # fmt: skip
     settings = {"method": {"ghost_stiffness": 0.0}}
     write_run(tmp_path / "soil_check", "implicit_mpm", "linear", 40, settings=settings, snapshot=False)
     assert verdict("robust", tmp_path).answer == answer
+
+
+@pytest.mark.parametrize(
+    ("advance", "failed", "answer", "because"),
+    [
+        ({}, (), HOLDS, "differ by 4 %"),
+        ({("GMM-LME", 80): 0.6}, (), FAILS, "differ by 20 %"),
+        ({}, (("GMM-MLS", 80),), FAILS, "GMM-MLS not converged"),
+        ({("GMM-LME", 160): 0.6}, (), FAILS, "h = 0.025 m: MPM 0.500 m"),
+    ],
+)
+def test_columns_coincide_on_every_mesh_or_not_at_all(tmp_path, write_run, advance, failed, answer, because):
+    fine = any(n == 160 for _, n in advance)
+    for n, experiment in ((40, "soil"), (80, "soil"), *([(160, "soil_fine")] if fine else [])):
+        for name in ("MPM", "GMM-MLS", "GMM-LME"):
+            match = METHODS[name]
+            scalars = {"final_run_out": advance.get((name, n), 0.52 if name == "GMM-MLS" else 0.5)}
+            status = "not_converged" if (name, n) in failed else "ok"
+            folder = tmp_path / experiment
+            write_run(folder, match["method"], match["basis"], n, scalars=scalars, status=status, snapshot=False)
+    found = verdict("columns", tmp_path)
+    assert found.answer == answer
+    assert because in found.because
+    assert ("0.025" in found.because) == fine
 
 
 def test_overheads_are_those_of_the_printed_table():

@@ -11,16 +11,25 @@ from PIL import Image
 
 from mpmbench.report import style
 from mpmbench.report.claims import MissingRuns
-from mpmbench.report.papers.iaconeta2017.support import METHODS, history, look, panels, particles, single, thinned
+from mpmbench.report.papers.iaconeta2017.support import (
+    COLUMNS,
+    MESHES,
+    METHODS,
+    history,
+    look,
+    panels,
+    particles,
+    single,
+    thinned,
+)
 from mpmbench.report.papers.parts import Campaigns, Chapter, cell
 from mpmbench.report.tables import Cell, Table
 
-NAMES = ("MPM", "GMM-MLS", "GMM-LME")
-MESHES = ((40, "soil"), (80, "soil"), (160, "soil_fine"))
 SHOWN = (0.25, 0.5, 1.0, 2.0)  # [s]
 STRAIN = (0.0, 1.5)  # colours of the equivalent plastic strain
 COLOURS = 64  # of the moving picture
 REFERENCE = ((0.05, 717.1), (0.10, 239.2))  # time [s] and kinetic energy [J] of Kratos 10.4.4, h = 0.1 m, a(0) = g
+COUNTS = {"stiffened_steps": "stiffened steps", "halved_steps": "halved steps", "solver_time": "solver time [s]"}
 SETUPS: dict[str, dict[str, object]] = {
     "a(0) = g": {"problem__initial_acceleration": "gravity"},
     "a(0) = 0": {
@@ -42,13 +51,15 @@ def soil_chapter(campaigns: Campaigns) -> Chapter:
         "The paper: final configurations of MPM, GMM-LME and GMM-MLS are almost coincident, but not the equivalent "
         "plastic strains; in GMM the clouds must be repaired, MPM tracks large deformations without modification."
     )
-    if not any(_available(campaigns, name) for name in NAMES):
+    if not any(_available(campaigns, name) for name in COLUMNS):
         raise MissingRuns("there are no results of the experiment soil")
     _run_out(page, campaigns)
     _outlines(page, campaigns)
-    for name in NAMES:
+    for name in COLUMNS:
         _strains(page, campaigns, name)
-    if not any(experiment == "soil_fine" for name in NAMES for _, experiment, *_ in _available(campaigns, name)):
+    if "soil_base" in campaigns:
+        _base(page, campaigns)
+    if not any(experiment == "soil_fine" for name in COLUMNS for _, experiment, *_ in _available(campaigns, name)):
         page.notes.append(
             "Not run here: the paper's second mesh, h = 0.025 m, which takes a good part of an hour. The command "
             "python -m mpmbench experiments=iaconeta2017_fine/soil runs it, and the next report on this paper shows it "
@@ -73,7 +84,7 @@ def _run_out(page: Chapter, campaigns: Campaigns) -> None:
     figure, axes = panels(1, 2, 2.9)
     files, rows = [], []
     widths = {40: 0.7, 80: 1.2, 160: 1.9}
-    for name in NAMES:
+    for name in COLUMNS:
         for n, experiment, file, found in _available(campaigns, name):
             files.append(file)
             line = look(name) | {"marker": None, "linewidth": widths[n], "label": f"{name}, h = {4.0 / n:g} m"}
@@ -84,7 +95,7 @@ def _run_out(page: Chapter, campaigns: Campaigns) -> None:
             rows.append(
                 [Cell(name), Cell(f"{4.0 / n:g}"), cell(campaigns, experiment, "final_run_out", **match)]
                 + [Cell(float(found["largest_plastic_strain"][-1]), (file,))]
-                + [cell(campaigns, experiment, q, **match) for q in ("halved_steps", "solver_time")]
+                + [cell(campaigns, experiment, q, **match) for q in COUNTS]
             )
     axes[0, 0].set_ylabel("run-out [m]")
     axes[0, 1].set_ylabel("kinetic energy [J]")
@@ -94,8 +105,26 @@ def _run_out(page: Chapter, campaigns: Campaigns) -> None:
     axes[0, 0].legend(fontsize=6)
     page.draw("run-out", "Run-out and kinetic energy", "Time step 2 ms; the finer the mesh, the thicker the line.",
               figure, files)  # fmt: skip
-    columns = ["method", "h [m]", "run-out at 2 s [m]", "largest plastic strain", "halved steps", "solver time [s]"]
-    page.add(Table("ends", "At the end, t = 2 s", columns, rows, numeric=(1, 2, 3, 4, 5)))
+    columns = ["method", "h [m]", "run-out at 2 s [m]", "largest plastic strain", *COUNTS.values()]
+    page.add(Table("ends", "At the end, t = 2 s", columns, rows, numeric=tuple(range(1, 7))))
+
+
+def _base(page: Chapter, campaigns: Campaigns) -> None:
+    """GMM with nodes that stick to the base, and with nodes that may sink through it."""
+    rows = []
+    for name in ("GMM-MLS", "GMM-LME"):
+        for n, experiment in ((n, e) for n, _ in MESHES[:2] for e in ("soil", "soil_base")):
+            match = {**METHODS[name], "resolution": n}
+            counts = [cell(campaigns, experiment, q, **match) for q in ("final_run_out", *COUNTS)]
+            stopped = "the base" if experiment == "soil" else "functions of the nodes there"
+            rows.append([Cell(name), Cell(f"{4.0 / n:g}"), Cell(stopped), *counts])
+    columns = ["method", "h [m]", "nodes are stopped by", "run-out at 2 s [m]", *COUNTS.values()]
+    page.add(Table("base", "What stops the nodes of GMM", columns, rows, numeric=(1, 3, 4, 5, 6)))
+    page.notes.append(
+        "The paper relies on functions that soil and base share. Nodes that no particle holds well still sink between "
+        "the nodes of the base; there moving least squares give them negative masses. In the figures nodes that reach "
+        "the base stick to it (problem.base=plane)."
+    )
 
 
 def _strains(page: Chapter, campaigns: Campaigns, name: str) -> None:
@@ -138,7 +167,7 @@ def snapshot_at(times: np.ndarray, wanted: float) -> int | None:
 
 def _outlines(page: Chapter, campaigns: Campaigns) -> None:
     """Fig. 10: surfaces of the three methods at a few instants, one row per mesh."""
-    runs = {(run[0], name): run[1:] for name in NAMES for run in _available(campaigns, name)}
+    runs = {(run[0], name): run[1:] for name in COLUMNS for run in _available(campaigns, name)}
     meshes = sorted({n for n, _ in runs})
     figure, axes = panels(len(meshes), len(SHOWN), 0.3 + 0.95 * len(meshes))
     files = []
