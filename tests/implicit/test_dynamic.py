@@ -242,6 +242,37 @@ def test_a_stiffer_tangent_holds_what_is_hardly_held(monkeypatch: pytest.MonkeyP
     assert int(result.halved_steps) > 0
 
 
+@pytest.mark.parametrize(
+    ("method", "changes"),
+    [
+        ("gmm", {}),
+        pytest.param("otm", {"time_step": 1e-4}, marks=pytest.mark.slow),
+        pytest.param("otm", {"time_step": 1e-4, "method__mass": "consistent"}, marks=pytest.mark.slow),
+    ],
+)
+@pytest.mark.parametrize("base", ("plane", "nodes"))
+def test_moving_nodes_stick_to_the_base_that_they_reach(method: str, changes: dict[str, Any], base: str) -> None:
+    """A node thrown through the base stays where it lands, and its neighbours go on."""
+    config = compose("soil_column", method, "lme", resolution=8, problem__base=base, **changes)
+    state = case.build(case.read(config))
+    node = int(np.argmin(np.linalg.norm(state.basis.nodes - [4.0, 0.5], axis=1)))
+    jump = np.zeros_like(state.basis.nodes)
+    jump[node] = [0.2, -0.501]
+    state.basis.move(jump)
+    state.nodes.v[node] = [1.0, -3.0]
+    landed = state.basis.nodes[node].copy()
+    assert not state.fixed[node].any()
+    assert simulate(state, config["time_step"], 5 * config["time_step"]).status == "ok"
+    if base == "plane":
+        assert state.fixed[node].all()
+        assert np.array_equal(state.basis.nodes[node], landed)
+        assert not state.nodes.v[node].any()
+    else:
+        assert not state.fixed[node].any()
+        assert not np.array_equal(state.basis.nodes[node], landed)
+    assert (state.nodes.v[~state.fixed.any(axis=1), 1] < 0.0).any()
+
+
 def test_splines_are_refused_where_they_cannot_be_clamped() -> None:
     with pytest.raises(NotApplicable, match="basis=linear"):
         case.check(compose("cantilever_dynamic", "implicit_mpm", "bspline"))
