@@ -1,8 +1,8 @@
 """Functions of a point's nearest nodes: the search and the repair that `mls` and truncated `lme` share.
 
 The cloud of a point holds the nodes closer than a search radius, but at least a minimum number. A point whose functions
-cannot be found, or only from an ill-conditioned matrix, takes in the next nearest node, and the next (Iaconeta 2017,
-section 5.3).
+cannot be found, or only from an ill-conditioned matrix or by extrapolation, takes in the next nearest node, and the
+next (Iaconeta 2017, section 5.3).
 """
 
 from collections.abc import Callable

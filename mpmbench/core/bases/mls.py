@@ -2,7 +2,8 @@
 
 ``N_I = P(0) . M^-1 P_I W_I`` with ``M = sum_I P_I (x) P_I W_I`` and the polynomials P in coordinates relative to the
 point, in units of the radius. The weight, which the paper does not give, is a spline or a Gaussian of the distance over
-the effective radius R_eff. Functions have no Kronecker delta and may be negative.
+the effective radius R_eff. Functions have no Kronecker delta and may be negative; where they would be large, because
+the nodes that carry weight lie to one side of the point, its cloud takes in further nodes.
 """
 
 import math

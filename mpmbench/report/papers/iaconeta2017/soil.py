@@ -121,9 +121,8 @@ def _base(page: Chapter, campaigns: Campaigns) -> None:
     columns = ["method", "h [m]", "nodes are stopped by", "run-out at 2 s [m]", *COUNTS.values()]
     page.add(Table("base", "What stops the nodes of GMM", columns, rows, numeric=(1, 3, 4, 5, 6)))
     page.notes.append(
-        "The paper relies on functions that soil and base share. Nodes that no particle holds well still sink between "
-        "the nodes of the base; there moving least squares give them negative masses. In the figures nodes that reach "
-        "the base stick to it (problem.base=plane)."
+        "The paper relies on functions that soil and base share; nodes of the soil may sink between those of the base. "
+        "In the figures nodes that reach the base stick to it (problem.base=plane)."
     )
 
 
