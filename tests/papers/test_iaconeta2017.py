@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import yaml
 
-from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, judge
+from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, MissingRuns, judge
 from mpmbench.report.papers import Campaigns, find, read_campaigns
-from mpmbench.report.papers.iaconeta2017 import disk, soil
+from mpmbench.report.papers.iaconeta2017 import disk, soil, support
 from mpmbench.report.papers.iaconeta2017.support import METHODS
 from mpmbench.runs import case, compose, schema
 
@@ -101,6 +101,17 @@ def test_columns_coincide_on_every_mesh_or_not_at_all(tmp_path, write_run, advan
     assert found.answer == answer
     assert because in found.because
     assert ("0.025" in found.because) == fine
+
+
+def test_a_run_that_was_stopped_is_a_row_and_not_an_accident(tmp_path, write_run):
+    """It holds no histories: nothing is drawn of it, and its row says how it ended."""
+    match = {**METHODS["GMM-MLS"], "resolution": 160}
+    write_run(tmp_path / "soil_fine", "gmm", "mls", 160, status="timeout", snapshot=False)
+    campaigns = read_campaigns(tmp_path)
+    with pytest.raises(MissingRuns, match="timeout"):
+        support.history(campaigns, "soil_fine", "run_out", **match)
+    assert [cell.value for cell in soil._end(campaigns, "soil_fine", match)] == ["timeout"] * 5
+    assert not any(cell.value for cell in soil._end(campaigns, "soil_fine", {**match, "resolution": 80}))
 
 
 def test_overheads_are_those_of_the_printed_table():

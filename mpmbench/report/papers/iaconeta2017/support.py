@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
 from mpmbench.report import style
+from mpmbench.report.claims import MissingRuns
 from mpmbench.report.papers.parts import Campaigns, subset
 from mpmbench.report.tables import Cell
 
@@ -37,7 +38,7 @@ def history(campaigns: Campaigns, campaign: str, *wanted: str, **match: Any) -> 
     Raises
     ------
     MissingRuns
-        When there is no such run.
+        When there is no such run, or it was ended before it could store them.
     ValueError
         When several match.
     """
@@ -45,7 +46,12 @@ def history(campaigns: Campaigns, campaign: str, *wanted: str, **match: Any) -> 
     if len(found.runs) != 1:
         raise ValueError(f"{campaign}: {len(found.runs)} runs match {match}, not one")
     file = str(found.runs.index[0])
-    return file, found.variables(file, wanted)
+    variables = found.variables(file, wanted)
+    absent = [name for name in wanted if name not in variables]
+    if absent:
+        state = found.runs.loc[file, "status"]
+        raise MissingRuns(f"{campaign}: the run with {match} holds no {', '.join(absent)} (status: {state})")
+    return file, variables
 
 
 def panels(rows: int, columns: int, height: float, width: float = 2.0 * style.COLUMN) -> tuple[Figure, np.ndarray]:
