@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from mpmbench.analysis.contracts import Check, Finding
+from mpmbench.analysis.contracts import Check, Finding, largest
 from mpmbench.core import registry
 from mpmbench.core.bases import Basis, BasisSettings, Promises
 from mpmbench.core.errors import SolverFailure
@@ -205,7 +205,7 @@ def nodes_follow(case: BasisCase) -> Finding:
     start = basis.nodes.copy()
     displacement = 0.03 + start * np.linspace(0.1, 0.2, case.dimension)
     basis.move(displacement)
-    error = float(np.abs(basis.nodes - start - displacement).max())
+    error = largest(basis.nodes - start - displacement)
     return Finding(error < 1e-13, f"nodes follow a stretch along the axes with an error of {error:.2g} m")
 
 

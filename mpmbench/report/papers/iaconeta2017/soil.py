@@ -1,6 +1,7 @@
 """The collapse of the soil column: Figs. 10-13, the check against the authors' program, and an animation."""
 
 import io
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -99,13 +100,11 @@ def _run_out(page: Chapter, campaigns: Campaigns) -> None:
     axes[0, 0].legend(fontsize=6)
     page.draw("run-out", "Run-out and kinetic energy", "Time step 2 ms; the finer the mesh, the thicker the line.",
               figure, files)  # fmt: skip
-    rows = [
-        [Cell(name), Cell(f"{4.0 / n:g}"), end, strain, *counts]
-        for name in COLUMNS
-        for n, experiment in MESHES
-        for end, strain, *counts in [_end(campaigns, experiment, {**METHODS[name], "resolution": n})]
-        if end.value != ""
-    ]
+    rows = []
+    for name, (n, experiment) in product(COLUMNS, MESHES):
+        cells = _end(campaigns, experiment, {**METHODS[name], "resolution": n})
+        if cells[0].value != "":
+            rows.append([Cell(name), Cell(f"{4.0 / n:g}"), *cells])
     columns = ["method", "h [m]", "run-out at 2 s [m]", "largest plastic strain", *COUNTS.values()]
     page.add(Table("ends", "At the end, t = 2 s", columns, rows, numeric=tuple(range(1, 7))))
 
@@ -124,12 +123,11 @@ def _end(campaigns: Campaigns, experiment: str, match: dict[str, Any]) -> list[C
 def _base(page: Chapter, campaigns: Campaigns) -> None:
     """GMM with nodes that stick to the base, and with nodes that may sink through it."""
     rows = []
-    for name in ("GMM-MLS", "GMM-LME"):
-        for n, experiment in ((n, e) for n, _ in MESHES[:2] for e in ("soil", "soil_base")):
-            match = {**METHODS[name], "resolution": n}
-            counts = [cell(campaigns, experiment, q, **match) for q in ("final_run_out", *COUNTS)]
-            stopped = "the base" if experiment == "soil" else "functions of the nodes there"
-            rows.append([Cell(name), Cell(f"{4.0 / n:g}"), Cell(stopped), *counts])
+    stops = {"soil": "the base", "soil_base": "functions of the nodes there"}
+    for name, n, experiment in product(("GMM-MLS", "GMM-LME"), (40, 80), stops):
+        match = {**METHODS[name], "resolution": n}
+        counts = [cell(campaigns, experiment, q, **match) for q in ("final_run_out", *COUNTS)]
+        rows.append([Cell(name), Cell(f"{4.0 / n:g}"), Cell(stops[experiment]), *counts])
     columns = ["method", "h [m]", "nodes are stopped by", "run-out at 2 s [m]", *COUNTS.values()]
     page.add(Table("base", "What stops the nodes of GMM", columns, rows, numeric=(1, 3, 4, 5, 6)))
     page.notes.append(
