@@ -165,6 +165,10 @@ def _strains(page: Chapter, campaigns: Campaigns, name: str) -> None:
     )
     number = {"MPM": 11, "GMM-MLS": 12, "GMM-LME": 13}[name]
     caption = "Particles at their places, lengths in metres."
+    for n, experiment in MESHES:
+        end = cell(campaigns, experiment, "final_run_out", **METHODS[name], resolution=n).text
+        if end and n not in [mesh[0] for mesh in meshes]:
+            caption += f" h = {4.0 / n:g} m is not here ({end}): the run was ended before it could store any."
     page.draw(f"strain-{name.lower()}", f"Fig. {number}: equivalent plastic strain, {name}", caption, figure, files)
 
 
