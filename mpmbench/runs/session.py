@@ -88,6 +88,8 @@ def launch(flags: list[str], pairs: list[str], ledger: Ledger) -> None:
         except (BadInput, KeyboardInterrupt):
             raise
         except Exception as error:
+            if of_interruption(error):
+                raise KeyboardInterrupt from None
             if compose.sweeping.plan is None or launchers.chosen(pairs) in launchers.SEQUENTIAL:
                 raise
             running = set(ledger.running())
@@ -99,6 +101,13 @@ def launch(flags: list[str], pairs: list[str], ledger: Ledger) -> None:
             if not progress:
                 text = " ".join(f"{type(error).__name__}: {error}".split())
                 raise BadInput(f"hydra/launcher={launchers.chosen(pairs)} failed: {text}", exit_code=1) from None
+
+
+def of_interruption(error: BaseException | None) -> bool:
+    """Whether it came up while an interruption was on its way: what it left half done may fail to be cleaned up."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__context__
+    return error is not None
 
 
 def close_open_runs(ledger: Ledger, status: str, reason: str) -> None:
