@@ -2,6 +2,7 @@
 
 import os
 
-# Idle threads of the linear algebra library spin for a while, which would count as CPU time of whatever runs then.
+# Idle threads of the linear algebra library spin for a while, which would count as CPU time of
+# whatever runs then.
 for library in ("OPENBLAS", "OMP", "MKL"):
     os.environ[f"{library}_NUM_THREADS"] = "1"

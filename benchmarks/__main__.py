@@ -22,8 +22,12 @@ TIME_STEP = 1e-6  # [s], stable on the finest grid below
 
 def particle_updates() -> None:
     """Millions of whole steps of one particle per CPU-second, against numpy in the same run."""
-    print("Particle updates, 10^6 per CPU-second: MPM lumped, plate without body force, 16 particles per cell")
-    print(f"{'basis':10} {'nodes a side':>12} {'1 thread':>9} {'2 threads':>10} {'np.add.at':>10} {'ratio':>7}")
+    print(
+        "Particle updates, 10^6 per CPU-second: MPM lumped, plate without body force, 16 particles per cell"
+    )
+    print(
+        f"{'basis':10} {'nodes a side':>12} {'1 thread':>9} {'2 threads':>10} {'np.add.at':>10} {'ratio':>7}"
+    )
     for basis in ("linear", "bspline"):
         for nodes in (33, 129, 513):
             state = plate(basis, nodes - 1)
@@ -41,17 +45,23 @@ def particle_updates() -> None:
                 twin = plate(basis, nodes - 1)
                 assert isinstance(twin.basis, TensorSpline)
                 spline = twin.basis
-                tasks["numpy"] = lambda twin=twin, spline=spline: numpy_step(twin, spline, TIME_STEP)  # type: ignore[misc]
+                tasks["numpy"] = lambda twin=twin, spline=spline: numpy_step(
+                    twin, spline, TIME_STEP
+                )  # type: ignore[misc]
             seconds = interleaved(tasks)
             rate = {name: particles / value / 1e6 for name, value in seconds.items()}
-            numpy_rate = f"{rate['numpy']:10.2f} {rate['1'] / rate['numpy']:7.1f}" if "numpy" in rate else ""
+            numpy_rate = (
+                f"{rate['numpy']:10.2f} {rate['1'] / rate['numpy']:7.1f}" if "numpy" in rate else ""
+            )
             print(f"{basis:10} {nodes:12} {rate['1']:9.1f} {rate['2']:10.1f} {numpy_rate}")
     threads.use(1)
 
 
 def evaluations() -> None:
     """Nanoseconds for all values and gradients at one point, 2D, 65 x 65 nodes, 16 points per cell."""
-    print("\nEvaluation of values and gradients in 2D, ns per point (ratio to the quadratic B-spline)")
+    print(
+        "\nEvaluation of values and gradients in 2D, ns per point (ratio to the quadratic B-spline)"
+    )
     cells = 64
     box = Box((0.0, 0.0), (1.0, 1.0), (cells, cells))
     rng = np.random.default_rng(0)
@@ -72,7 +82,9 @@ def evaluations() -> None:
         tasks[name] = evaluation(basis, points)
     seconds = interleaved(tasks)
     for name, value in seconds.items():
-        print(f"{name:32} {value / len(points) * 1e9:8.1f} {value / seconds['bspline degree 2']:7.1f}")
+        print(
+            f"{name:32} {value / len(points) * 1e9:8.1f} {value / seconds['bspline degree 2']:7.1f}"
+        )
 
 
 def evaluation(basis, points: np.ndarray) -> Callable[[], object]:  # type: ignore[no-untyped-def]
@@ -90,7 +102,10 @@ def consistent_mass() -> None:
     for basis in ("linear", "bspline"):
         lumped, consistent = plate(basis, 128), plate(basis, 128, "consistent")
         seconds = interleaved(
-            {"lumped": lambda s=lumped: step(s, TIME_STEP), "consistent": lambda s=consistent: step(s, TIME_STEP)}  # type: ignore[misc]
+            {
+                "lumped": lambda s=lumped: step(s, TIME_STEP),
+                "consistent": lambda s=consistent: step(s, TIME_STEP),
+            }  # type: ignore[misc]
         )
         print(f"{basis:10} {seconds['consistent'] / seconds['lumped']:6.1f}")
 
@@ -102,7 +117,9 @@ def bar() -> None:
     times = []
     for _ in range(REPEATS):
         result = case.solve(config)
-        times.append(float(result["solver_time"]) / int(result["steps"]) / int(result["n_particles"]))
+        times.append(
+            float(result["solver_time"]) / int(result["steps"]) / int(result["n_particles"])
+        )
     print(f"{median(times) * 1e9:8.1f} ns per particle and step")
 
 
@@ -112,13 +129,20 @@ def start_up() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         cache = {"XDG_CACHE_HOME": str(folder / "cache")}
-        print(f"{'first run, compiling':48} {seconds_of(program('rerun=all'), folder, **cache):7.2f}")
+        print(
+            f"{'first run, compiling':48} {seconds_of(program('rerun=all'), folder, **cache):7.2f}"
+        )
         for words in (["rerun=all"], ["--help"], ["list"], ["--cfg", "job"]):
             what = " ".join(words) if words[0] != "rerun=all" else "second run"
-            print(f"{what:48} {median(seconds_of(program(*words), folder, **cache) for _ in range(5)):7.2f}")
+            print(
+                f"{what:48} {median(seconds_of(program(*words), folder, **cache) for _ in range(5)):7.2f}"
+            )
 
 
-SECTIONS = {f.__name__: f for f in (particle_updates, evaluations, consistent_mass, bar, start_up, overhead, campaign)}
+SECTIONS = {
+    f.__name__: f
+    for f in (particle_updates, evaluations, consistent_mass, bar, start_up, overhead, campaign)
+}
 
 if __name__ == "__main__":
     chosen = sys.argv[1:] or list(SECTIONS)

@@ -48,7 +48,9 @@ hydra:
 def seconds_of(words: list[str], folder: Path, **environment: str) -> float:
     """Wall-clock seconds of a command in a folder."""
     began = perf_counter()
-    subprocess.run(words, cwd=folder, env={**os.environ, **environment}, check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(
+        words, cwd=folder, env={**os.environ, **environment}, check=True, stdout=subprocess.DEVNULL
+    )
     return perf_counter() - began
 
 
@@ -59,7 +61,9 @@ def program(*words: str) -> list[str]:
 
 def overhead() -> None:
     """What a run costs in a sweep: all, Hydra's part, the solver's, and the rest."""
-    print("\nOne run of a sweep with warm kernels, wall-clock ms (goal: at most 60 besides Hydra and the solver)")
+    print(
+        "\nOne run of a sweep with warm kernels, wall-clock ms (goal: at most 60 besides Hydra and the solver)"
+    )
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         conf = str(shipped_folder("conf"))
@@ -69,7 +73,14 @@ def overhead() -> None:
             for number in (FEW, MANY):
                 sweep = ["-m", f"resolution={','.join(str(4 + k) for k in range(number))}"]
                 ours = program(*sweep, "rerun=all")
-                hydra = [sys.executable, "-c", HYDRA_ALONE, conf, *sweep, f"hydra.sweep.dir={folder / 'hydra'}"]
+                hydra = [
+                    sys.executable,
+                    "-c",
+                    HYDRA_ALONE,
+                    conf,
+                    *sweep,
+                    f"hydra.sweep.dir={folder / 'hydra'}",
+                ]
                 times.setdefault(("all", number), []).append(seconds_of(ours, folder))
                 times.setdefault(("Hydra", number), []).append(seconds_of(hydra, folder))
         cube = mpmbench.open_campaign(folder / "results/default")
@@ -92,16 +103,22 @@ def campaign() -> None:
         study.parent.mkdir(parents=True)
         study.write_text(TWO_HUNDRED)
         brought = {"MPMBENCH_PLUGINS": str(folder / "brought")}
-        print(f"{'first time':48} {seconds_of(program('reproduce', 'benchmark'), folder, **brought):7.2f}")
+        print(
+            f"{'first time':48} {seconds_of(program('reproduce', 'benchmark'), folder, **brought):7.2f}"
+        )
         results = folder / "results/benchmark/two_hundred"
         assert len(list(results.glob("*.nc"))) == 200
         commands = {
-            "again with Hydra, all finished (goal: 40)": program("experiments=benchmark/two_hundred"),
+            "again with Hydra, all finished (goal: 40)": program(
+                "experiments=benchmark/two_hundred"
+            ),
             "again through reproduce (goal: 3)": program("reproduce", "benchmark"),
             "report (goal: 15)": program("report", str(results)),
         }
         for what, words in commands.items():
-            print(f"{what:48} {median(seconds_of(words, folder, **brought) for _ in range(3)):7.2f}")
+            print(
+                f"{what:48} {median(seconds_of(words, folder, **brought) for _ in range(3)):7.2f}"
+            )
         page = results / "report"
         size = sum(file.stat().st_size for file in page.rglob("*") if file.is_file()) / 1e6
         print(f"{'size of the report, MB (goal: 3)':48} {size:7.2f}")

@@ -23,10 +23,16 @@ def build(*overrides: str) -> State:
 
 def newton_iteration() -> None:
     """Assembly and solution of one Newton iteration on 128 x 16 quads with four particles per cell."""
-    print("One Newton iteration, 128 x 16 quads, 4 particles per cell, CPU ms (goal: 4 for assembly and solution)")
-    print(f"{'method':20} {'functions':>10} {'assembly':>10} {'solution':>10} {'together':>10} {'half band':>10}")
+    print(
+        "One Newton iteration, 128 x 16 quads, 4 particles per cell, CPU ms (goal: 4 for assembly and solution)"
+    )
+    print(
+        f"{'method':20} {'functions':>10} {'assembly':>10} {'solution':>10} {'together':>10} {'half band':>10}"
+    )
     for method, basis in PAIRS:
-        state = build("problem=cantilever_self_weight", f"method={method}", f"basis={basis}", "resolution=128")
+        state = build(
+            "problem=cantilever_self_weight", f"method={method}", f"basis={basis}", "resolution=128"
+        )
         w = prepare(state)
         equations = Equations(state, w, external_force(state, w, 1.0), 1.0, None)
         du = np.zeros_like(state.nodes.v)
@@ -56,8 +62,14 @@ def whole_runs() -> None:
             "cantilever, h = 1/32, GMM-MLS",
             ("problem=cantilever_self_weight", "method=gmm", "basis=mls", "resolution=256"),
         ),
-        ("cantilever, h = 1/100, MPM", ("problem=cantilever_self_weight", "method=implicit_mpm", "resolution=800")),
-        ("soil column, h = 0.1, 2 s, MPM (goal: 20)", ("problem=soil_column", "method=implicit_mpm")),
+        (
+            "cantilever, h = 1/100, MPM",
+            ("problem=cantilever_self_weight", "method=implicit_mpm", "resolution=800"),
+        ),
+        (
+            "soil column, h = 0.1, 2 s, MPM (goal: 20)",
+            ("problem=soil_column", "method=implicit_mpm"),
+        ),
         ("soil column, h = 0.1, 2 s, GMM-LME", ("problem=soil_column", "method=gmm", "basis=lme")),
     )
     for name, overrides in runs:

@@ -10,10 +10,13 @@ from mpmbench.runs import case, compose
 REPEATS = 5
 
 
-def interleaved(tasks: Mapping[str, Callable[[], object]], seconds: float = 0.3) -> dict[str, float]:
+def interleaved(
+    tasks: Mapping[str, Callable[[], object]], seconds: float = 0.3
+) -> dict[str, float]:
     """CPU seconds per call of each task: medians of `REPEATS` rounds in which every task has its turn.
 
-    Each task is called once before, so that nothing compiles while it is timed; a turn lasts about `seconds`.
+    Each task is called once before, so that nothing compiles while it is timed; a turn lasts about
+    `seconds`.
     """
     calls = {}
     for name, task in tasks.items():
@@ -33,7 +36,12 @@ def interleaved(tasks: Mapping[str, Callable[[], object]], seconds: float = 0.3)
 
 def plate(basis: str, cells: int, mass: str = "lumped", **changes: object) -> State:
     """The state of MPM on the plate without body force, 16 particles per cell unless changed."""
-    overrides = ["problem=plate_axis_aligned", "problem.body_force=false", f"basis={basis}", f"resolution={cells}"]
+    overrides = [
+        "problem=plate_axis_aligned",
+        "problem.body_force=false",
+        f"basis={basis}",
+        f"resolution={cells}",
+    ]
     overrides += [f"method.mass={mass}"] + [f"{key}={value}" for key, value in changes.items()]
     (config, _), *_ = compose.compose_many([overrides])
     return case.build(case.read(config))

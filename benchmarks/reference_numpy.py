@@ -1,7 +1,7 @@
 """The yardstick: one explicit MPM step in two dimensions, written with whole-array numpy and ``np.add.at``.
 
-The same algorithm as the compiled loop (lumped mass, FLIP, update stress last, neo-Hookean), the same open B-splines,
-the same particles; the benchmark checks that both give the same result.
+The same algorithm as the compiled loop (lumped mass, FLIP, update stress last, neo-Hookean), the
+same open B-splines, the same particles; the benchmark checks that both give the same result.
 """
 
 import numpy as np
@@ -10,7 +10,9 @@ from mpmbench.core.bases.tensor import TensorSpline
 from mpmbench.core.state import State
 
 
-def functions_along(spline: TensorSpline, axis: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def functions_along(
+    spline: TensorSpline, axis: int, x: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Span, values (P, d + 1) and derivatives along one axis."""
     grid = spline.handle
     spans = spline.cells[axis]
@@ -19,7 +21,9 @@ def functions_along(spline: TensorSpline, axis: int, x: np.ndarray) -> tuple[np.
     coefficients = grid.coefficients[axis, span, :, : spline.degree + 1]
     powers = t[:, None] ** np.arange(spline.degree + 1)
     value = np.einsum("pka,pk->pa", coefficients, powers)
-    slope = np.einsum("pka,pk->pa", coefficients[:, 1:] * np.arange(1, spline.degree + 1)[:, None], powers[:, :-1])
+    slope = np.einsum(
+        "pka,pk->pa", coefficients[:, 1:] * np.arange(1, spline.degree + 1)[:, None], powers[:, :-1]
+    )
     return span, value, slope * grid.inverse_width[axis, span][:, None]
 
 

@@ -15,22 +15,64 @@ from mpmbench import __version__
 from mpmbench.runs.arguments import split
 from mpmbench.runs.schema import GROUPS, BadInput, experiments, options, shipped_folder
 
-# A new command is one entry: its function takes the remaining arguments, returns the exit code, and is imported on use.
+# A new command is one entry: its function takes the remaining arguments, returns the exit code, and
+# is imported on use.
 VERBS = {
-    "list": ("mpmbench.runs.listing:main", "[NAME]", "what there is, or what applies to one problem"),
-    "status": ("mpmbench.runs.status:main", "[RESULTS | KEY=VALUE]", "what is finished, stale, failed or missing"),
-    "reproduce": ("mpmbench.runs.reproduce:main", "PAPER", "run what is missing of a paper, then write its report"),
-    "report": ("mpmbench.runs.reporting:main", "RESULTS", "write the report of a folder of results"),
-    "compare": ("mpmbench.runs.compare:main", "A B", "what is better or worse in folder B than in A"),
-    "merge": ("mpmbench.runs.merge:main", "TARGET A B...", "results of several machines in one folder"),
-    "rerun": ("mpmbench.runs.rerun:main", "FILE.nc", "run again from a result file: is the same the result?"),
-    "check": ("mpmbench.runs.check:main", "FILE.py", "does a plug-in keep its contract? a scorecard"),
-    "export": ("mpmbench.runs.export:main", "RESULT --vtk|--csv", "particles for ParaView, or everything as CSV"),
-    "warmup": ("mpmbench.runs.warmup:main", "[KEY=VALUE...]", "compile the kernels that a sweep needs beforehand"),
+    "list": (
+        "mpmbench.runs.listing:main",
+        "[NAME]",
+        "what there is, or what applies to one problem",
+    ),
+    "status": (
+        "mpmbench.runs.status:main",
+        "[RESULTS | KEY=VALUE]",
+        "what is finished, stale, failed or missing",
+    ),
+    "reproduce": (
+        "mpmbench.runs.reproduce:main",
+        "PAPER",
+        "run what is missing of a paper, then write its report",
+    ),
+    "report": (
+        "mpmbench.runs.reporting:main",
+        "RESULTS",
+        "write the report of a folder of results",
+    ),
+    "compare": (
+        "mpmbench.runs.compare:main",
+        "A B",
+        "what is better or worse in folder B than in A",
+    ),
+    "merge": (
+        "mpmbench.runs.merge:main",
+        "TARGET A B...",
+        "results of several machines in one folder",
+    ),
+    "rerun": (
+        "mpmbench.runs.rerun:main",
+        "FILE.nc",
+        "run again from a result file: is the same the result?",
+    ),
+    "check": (
+        "mpmbench.runs.check:main",
+        "FILE.py",
+        "does a plug-in keep its contract? a scorecard",
+    ),
+    "export": (
+        "mpmbench.runs.export:main",
+        "RESULT --vtk|--csv",
+        "particles for ParaView, or everything as CSV",
+    ),
+    "warmup": (
+        "mpmbench.runs.warmup:main",
+        "[KEY=VALUE...]",
+        "compile the kernels that a sweep needs beforehand",
+    ),
 }
 
 HELP = """\
-mpmbench: particle methods of solid mechanics on the same problem, the same particles and the same norm.
+mpmbench: particle methods of solid mechanics on the same problem, the same particles and the same
+norm.
 
   python -m mpmbench KEY=VALUE...                 one run
   python -m mpmbench -m KEY=VALUE,VALUE...        all combinations
@@ -42,11 +84,19 @@ Choices
 
 Keys, with their defaults (null: the problem brings a value) and units
 {keys}
-Keys below a choice, such as basis.d_max or material.young_modulus, stand in conf/<choice>/<name>.yaml; --cfg job prints
-all values of a run without running it. Exit codes: 0 fine, 1 some run failed, 2 bad input.
+Keys below a choice, such as basis.d_max or material.young_modulus, stand in
+conf/<choice>/<name>.yaml; --cfg job prints all values of a run without running it. Exit codes: 0
+fine, 1 some run failed, 2 bad input.
 """
 SHOW_ONLY = {"--cfg", "-c", "--info", "-i", "-sc", "--shell-completion", "--hydra-help"}
-FULL_OR_FORBIDDEN = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS}
+FULL_OR_FORBIDDEN = {
+    errno.ENOSPC,
+    errno.EDQUOT,
+    errno.EFBIG,
+    errno.EACCES,
+    errno.EPERM,
+    errno.EROFS,
+}
 _started = time.perf_counter()
 
 
@@ -72,7 +122,9 @@ def main(arguments: list[str] | None = None) -> int:
     except OSError as error:
         if error.errno not in FULL_OR_FORBIDDEN:
             raise
-        place = error.filename2 or error.filename or "a temporary file"  # the second is that of a copy
+        place = (
+            error.filename2 or error.filename or "a temporary file"
+        )  # the second is that of a copy
         print(f"mpmbench: {place}: {str(error.strerror).lower()}", file=sys.stderr)
         return 1
 
@@ -96,20 +148,30 @@ def dispatch(arguments: list[str]) -> int:
 
 def help_text() -> str:
     """What ``--help`` prints."""
-    lines = (shipped_folder("conf") / "config.yaml").read_text(encoding="utf-8").split("# The discretisation\n")[1]
+    lines = (
+        (shipped_folder("conf") / "config.yaml")
+        .read_text(encoding="utf-8")
+        .split("# The discretisation\n")[1]
+    )
     return HELP.format(
         papers=", ".join(sorted({name.partition("/")[0] for name in experiments()})),
         verbs="\n".join(
-            f"  python -m mpmbench {verb + ' ' + what:<29}{text}" for verb, (_, what, text) in VERBS.items()
+            f"  python -m mpmbench {verb + ' ' + what:<29}{text}"
+            for verb, (_, what, text) in VERBS.items()
         ),
         options="\n".join(in_lines(f"  {group}=".ljust(14), options(group)) for group in GROUPS),
-        keys="".join(f"  {line}\n" if line else "" for line in lines.split("\n# For experiments")[0].splitlines()),
+        keys="".join(
+            f"  {line}\n" if line else ""
+            for line in lines.split("\n# For experiments")[0].splitlines()
+        ),
     )
 
 
 def in_lines(start: str, names: Iterable[str]) -> str:
     """Names after a word, in lines of at most 100 characters."""
-    return textwrap.fill(", ".join(names), 100, initial_indent=start, subsequent_indent=" " * len(start))
+    return textwrap.fill(
+        ", ".join(names), 100, initial_indent=start, subsequent_indent=" " * len(start)
+    )
 
 
 def show_configuration(pairs: list[str]) -> int:

@@ -1,10 +1,11 @@
 """Orders of convergence with an interval, from the errors of one method on a sequence of sizes.
 
-The model is ``e(h) = C h^p (1 + a h) + floor``: a leading term, its first correction (the pre-asymptotic drift) and
-what does not shrink with h (time step, quadrature, grid crossing). Root mean squares of error fields that have nothing
-to do with each other add in squares instead: ``e^2 = (C h^p (1 + a h))^2 + floor^2``; both are considered. Runs are
-deterministic, so the interval is not a sampling error: it holds the orders p that explain the local slopes up to a few
-percent, whatever drift and floor.
+The model is ``e(h) = C h^p (1 + a h) + floor``: a leading term, its first correction (the
+pre-asymptotic drift) and what does not shrink with h (time step, quadrature, grid crossing). Root
+mean squares of error fields that have nothing to do with each other add in squares instead: ``e^2 =
+(C h^p (1 + a h))^2 + floor^2``; both are considered. Runs are deterministic, so the interval is not
+a sampling error: it holds the orders p that explain the local slopes up to a few percent, whatever
+drift and floor.
 """
 
 from collections.abc import Sequence
@@ -20,15 +21,22 @@ INTERVAL_MEANING = (
     "it wide."
 )
 
-# The model's prior, written down so that it can be judged. |a h| at the coarsest level, and the deviation of an error
-# from the model (relative; 2 % is typical of smooth problems) with its weight.
+# The model's prior, written down so that it can be judged. |a h| at the coarsest level, and the
+# deviation of an error from the model (relative; 2 % is typical of smooth problems) with its
+# weight.
 LARGEST_DRIFT = 0.6
 DEVIATIONS = (0.005, 0.01, 0.02, 0.04, 0.08)
 DEVIATION_WEIGHTS = (0.07, 0.23, 0.50, 0.15, 0.05)
-FLOOR_WEIGHTS = (1 / 2, 1 / 3, 1 / 6)  # of no floor, one that adds to the error, one that adds in squares
+FLOOR_WEIGHTS = (
+    1 / 2,
+    1 / 3,
+    1 / 6,
+)  # of no floor, one that adds to the error, one that adds in squares
 ORDERS = np.arange(0.0, 6.001, 0.04)
 DRIFTS = np.linspace(-LARGEST_DRIFT, LARGEST_DRIFT, 17)
-ACCEPTED_MISFIT = 0.12  # RMS relative misfit beyond which no single order is stated for a range of levels
+ACCEPTED_MISFIT = (
+    0.12  # RMS relative misfit beyond which no single order is stated for a range of levels
+)
 FLOOR_LEVELS = 4  # fewer levels cannot tell a floor from a drift
 LEAST_SLOPE = 0.1  # errors that change less than this over all levels do not depend on h
 WIDEST_INTERVAL = 2.0  # beyond this length no value is named within the interval
@@ -42,19 +50,20 @@ class OrderEstimate:
     Attributes
     ----------
     order, low, high : float
-        Most probable p (with three levels: the least-squares slope) and ends of its 95 % interval; NaN when no order
-        can be stated. Two levels give their slope as `order` and no interval.
+        Most probable p (with three levels: the least-squares slope) and ends of its 95 % interval;
+        NaN when no order can be stated. Two levels give their slope as `order` and no interval.
     floor : float
         Error that does not shrink with h, in the units of the errors; 0 when none was recognised.
     floor_probability : float
         Posterior probability that there is a floor (even odds beforehand).
     floor_share : ndarray
-        Share of the floor in the error of each level, shape (L,); of the predicted floor where none was recognised and
-        the predicted one is most of the finest error.
+        Share of the floor in the error of each level, shape (L,); of the predicted floor where none
+        was recognised and the predicted one is most of the finest error.
     used : ndarray of bool
         Levels that the order was fitted to, shape (L,).
     pre_asymptotic : ndarray of bool
-        Coarse levels where the drift changes the slope by more than 0.1, or which no drift explains, shape (L,).
+        Coarse levels where the drift changes the slope by more than 0.1, or which no drift
+        explains, shape (L,).
     local : ndarray
         Slopes between neighbouring levels, coarse to fine, shape (L - 1,).
     misfit : float
@@ -93,7 +102,9 @@ class _Posterior:
     misfit: float
 
 
-def fitted_order(sizes: Sequence[float] | np.ndarray, errors: Sequence[float] | np.ndarray) -> float:
+def fitted_order(
+    sizes: Sequence[float] | np.ndarray, errors: Sequence[float] | np.ndarray
+) -> float:
     """Least-squares slope of log(error) over log(size).
 
     Parameters
@@ -112,7 +123,9 @@ def fitted_order(sizes: Sequence[float] | np.ndarray, errors: Sequence[float] | 
     return float(np.polyfit(np.log(h), np.log(e), 1)[0])
 
 
-def local_orders(sizes: Sequence[float] | np.ndarray, errors: Sequence[float] | np.ndarray) -> np.ndarray:
+def local_orders(
+    sizes: Sequence[float] | np.ndarray, errors: Sequence[float] | np.ndarray
+) -> np.ndarray:
     """Slopes between neighbouring levels in log-log, from coarse to fine, shape (L - 1,)."""
     h, e = _checked(sizes, errors)
     return np.diff(np.log(e)) / np.diff(np.log(h))
@@ -128,21 +141,23 @@ def estimate_order(
 ) -> OrderEstimate:
     """Order of convergence with a 95 % interval, floor, pre-asymptotic levels and a verdict sentence.
 
-    The model is linear in C and in the floor for given p and a, so their posterior is a sum over a grid of p and a with
-    the rest integrated in closed form. When the model misses by more than `ACCEPTED_MISFIT`, the longest run of
-    neighbouring levels that it explains is used, and the verdict says what was left out.
+    The model is linear in C and in the floor for given p and a, so their posterior is a sum over a
+    grid of p and a with the rest integrated in closed form. When the model misses by more than
+    `ACCEPTED_MISFIT`, the longest run of neighbouring levels that it explains is used, and the
+    verdict says what was left out.
 
     Parameters
     ----------
     sizes, errors : array_like
         Mesh size [m] (or time step [s]) and error of each level, positive, any order, shape (L,).
     labels : sequence, optional
-        How to name the levels in the verdict, for example the numbers of cells; same order as `sizes`.
+        How to name the levels in the verdict, for example the numbers of cells; same order as
+        `sizes`.
     label_unit, error_unit : str
         Units in the verdict.
     predicted_floor : float, optional
-        Known error of the time step; named as the cause when the floor found is within a factor 2 of it, or when too
-        few levels show a floor that it predicts.
+        Known error of the time step; named as the cause when the floor found is within a factor 2
+        of it, or when too few levels show a floor that it predicts.
 
     Raises
     ------
@@ -155,19 +170,27 @@ def estimate_order(
     names = [names[k] for k in np.argsort(-given)]
     count, local = len(h), np.diff(np.log(e)) / np.diff(np.log(h))
     if count < 2:
-        return _without_interval(count, local, "no order: one level only" if count else "no order: no finished run")
+        return _without_interval(
+            count, local, "no order: one level only" if count else "no order: no finished run"
+        )
     if count == 2:
         where = f"between {names[0]} and {names[1]} {label_unit}"
         sentence = f"slope {local[0]:.2f} {where}; two levels give no interval"
-        return replace(_without_interval(2, local, sentence), order=float(local[0]), used=np.ones(2, bool))
+        return replace(
+            _without_interval(2, local, sentence), order=float(local[0]), used=np.ones(2, bool)
+        )
     if abs(np.log(e[0] / e[-1])) < LEAST_SLOPE * np.log(h[0] / h[-1]) and e.max() < 1.5 * e.min():
         stay = f"the errors stay at {e.min():.3g}..{e.max():.3g} {error_unit}"
-        unchanged = _without_interval(count, local, f"no order: over {_span(names)} {label_unit} {stay}")
+        unchanged = _without_interval(
+            count, local, f"no order: over {_span(names)} {label_unit} {stay}"
+        )
         return replace(unchanged, floor=float(e.min()), floor_share=e.min() / e)
 
     first, last, posterior = _longest_explained(h, e)
     if posterior.misfit > ACCEPTED_MISFIT:
-        sentence = f"no single order: local slopes run {_slopes(local)} over {_span(names)} {label_unit}"
+        sentence = (
+            f"no single order: local slopes run {_slopes(local)} over {_span(names)} {label_unit}"
+        )
         return replace(_without_interval(count, local, sentence), misfit=posterior.misfit)
     used = (np.arange(count) >= first) & (np.arange(count) < last)
     order_weight = posterior.weight.sum(axis=(0, 2))
@@ -176,25 +199,42 @@ def estimate_order(
     floor = 0.0
     if probability > 0.5 and last - first >= FLOOR_LEVELS:
         floor = float((posterior.weight * posterior.floor).sum() / probability)
-    limit = floor or (predicted_floor if predicted_floor and predicted_floor > 0.5 * e[last - 1] else 0.0)
+    limit = floor or (
+        predicted_floor if predicted_floor and predicted_floor > 0.5 * e[last - 1] else 0.0
+    )
     share = np.where(used, np.minimum(limit / e, 1.0), 0.0)
     if floor > 0 and (used & (share < 0.5)).sum() < 2:  # one level above the floor has no slope
-        where = f"at {_span([names[k] for k in np.flatnonzero(used & (share >= 0.5))])} {label_unit}"
+        where = (
+            f"at {_span([names[k] for k in np.flatnonzero(used & (share >= 0.5))])} {label_unit}"
+        )
         sentence = (
-            f"no order: {where} the errors level off near {floor:.2g} {error_unit}; local slopes {_slopes(local)}"
+            f"no order: {where} the errors level off near {floor:.2g} {error_unit}; "
+            f"local slopes {_slopes(local)}"
         )
         none = _without_interval(count, local, sentence)
-        return replace(none, floor=floor, floor_probability=probability, floor_share=share, misfit=posterior.misfit)
+        return replace(
+            none,
+            floor=floor,
+            floor_probability=probability,
+            floor_share=share,
+            misfit=posterior.misfit,
+        )
     early = _pre_asymptotic(h, posterior.weight.sum(axis=(0, 1)), first, used)
-    if early[used].all():  # the order is an extrapolation then: the slopes that were seen stay inside the interval
+    if (
+        early[used].all()
+    ):  # the order is an extrapolation then: the slopes that were seen stay inside the interval
         low, high = min(low, float(local.min())), max(high, float(local.max()))
     order = _most_probable(ORDERS, order_weight)
-    if count == 3:  # the mode would extrapolate one difference of slopes: the plain slope says what was seen
+    if (
+        count == 3
+    ):  # the mode would extrapolate one difference of slopes: the plain slope says what was seen
         clear = used & (share < 0.5)
         plain = fitted_order(h[clear], e[clear]) if clear.sum() > 1 else fitted_order(h, e)
         order = plain if low <= plain <= high else order
     order = min(max(order, low), high)
-    found = OrderEstimate(order, low, high, floor, probability, share, used, early, local, posterior.misfit)
+    found = OrderEstimate(
+        order, low, high, floor, probability, share, used, early, local, posterior.misfit
+    )
     return replace(found, verdict=_sentence(found, names, label_unit, error_unit, predicted_floor))
 
 
@@ -211,7 +251,9 @@ def _checked(
     """Sizes and errors as arrays from coarse to fine."""
     h, e = np.asarray(sizes, float), np.asarray(errors, float)
     if h.ndim != 1 or h.shape != e.shape:
-        raise ValueError(f"sizes and errors need the same length, given shapes {h.shape} and {e.shape}")
+        raise ValueError(
+            f"sizes and errors need the same length, given shapes {h.shape} and {e.shape}"
+        )
     if not (np.all(np.isfinite(h)) and np.all(np.isfinite(e)) and np.all(h > 0) and np.all(e > 0)):
         raise ValueError("sizes and errors need to be positive and finite")
     if len(np.unique(h)) != len(h):
@@ -223,9 +265,10 @@ def _checked(
 def _posterior(h: np.ndarray, e: np.ndarray, smallest: float) -> _Posterior:
     """Posterior of order and drift, without a floor, with one that adds up and with one that adds in squares.
 
-    Prior: log C flat; no floor or a floor f, even odds; f / smallest (or its square) flat on 0..1.05; p flat with soft
-    ends below 0.9 and above 4.5 (a slow order and an early floor look alike); a flat. No error on a finer level, used
-    or not, lies below a floor: `smallest` is the least of them.
+    Prior: log C flat; no floor or a floor f, even odds; f / smallest (or its square) flat on
+    0..1.05; p flat with soft ends below 0.9 and above 4.5 (a slow order and an early floor look
+    alike); a flat. No error on a finer level, used or not, lies below a floor: `smallest` is the
+    least of them.
     """
     s = (h / h.max())[:, None, None]
     e = e[:, None, None]
@@ -241,12 +284,15 @@ def _posterior(h: np.ndarray, e: np.ndarray, smallest: float) -> _Posterior:
     return _Posterior(weight / weight.sum(), floors, min(misfit, other_misfit))
 
 
-def _fits(term: np.ndarray, constant: np.ndarray, power: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+def _fits(
+    term: np.ndarray, constant: np.ndarray, power: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """Log evidence without and with a floor, both (D, P, A) for all deviations, the floors and the least RMS misfit.
 
-    Levels are the first axis of `term`, shape (L, P, A), and `constant`, shape (L, 1, 1). The relative deviations
-    r_k = c term_k + f constant_k - 1 have the standard deviation ``power * s``: this is linear least squares in (c, f),
-    which are integrated out. With ``power`` 2 all of them are squares of errors.
+    Levels are the first axis of `term`, shape (L, P, A), and `constant`, shape (L, 1, 1). The
+    relative deviations r_k = c term_k + f constant_k - 1 have the standard deviation ``power * s``:
+    this is linear least squares in (c, f), which are integrated out. With ``power`` 2 all of them
+    are squares of errors.
     """
     count = len(term)
     gg, gf, ff = (term**2).sum(0), (term * constant).sum(0), (constant**2).sum(0)
@@ -267,7 +313,9 @@ def _fits(term: np.ndarray, constant: np.ndarray, power: int) -> tuple[np.ndarra
     spread = deviation * np.sqrt(gg / determinant)
     inside = np.maximum(ndtr((most - share) / spread) - ndtr(-share / spread), 1e-300)
     volume = np.log(np.sqrt(determinant) * np.where(positive, leading, 1.0))
-    with_floor = common - 0.5 * misfit / deviation**2 + np.log(width**2 * power * inside / most) - volume
+    with_floor = (
+        common - 0.5 * misfit / deviation**2 + np.log(width**2 * power * inside / most) - volume
+    )
     with_floor = np.where(positive, with_floor, -np.inf)
     admissible = np.where((share > 0) & (share < most) & positive, misfit, np.inf)
     least = np.sqrt(min(misfit_only.min(), admissible.min()) / count) / power
@@ -291,7 +339,9 @@ def _longest_explained(h: np.ndarray, e: np.ndarray) -> tuple[int, int, _Posteri
     return 0, count, whole
 
 
-def _shortest_interval(values: np.ndarray, weight: np.ndarray, mass: float = 0.95) -> tuple[float, float]:
+def _shortest_interval(
+    values: np.ndarray, weight: np.ndarray, mass: float = 0.95
+) -> tuple[float, float]:
     """Shortest interval with the given posterior mass; values are centres of equal bins."""
     half = 0.5 * (values[1] - values[0])
     edges = np.append(values - half, values[-1] + half)
@@ -313,7 +363,9 @@ def _most_probable(values: np.ndarray, weight: np.ndarray) -> float:
     return float(values[k] + shift * (values[1] - values[0]))
 
 
-def _pre_asymptotic(h: np.ndarray, drift_weight: np.ndarray, first: int, used: np.ndarray) -> np.ndarray:
+def _pre_asymptotic(
+    h: np.ndarray, drift_weight: np.ndarray, first: int, used: np.ndarray
+) -> np.ndarray:
     """Levels before the used range, and used levels whose slope differs from p by more than 0.1 beyond doubt."""
     early = np.arange(len(h)) < first
     positive = drift_weight[DRIFTS > 0].sum()
@@ -348,7 +400,11 @@ def _slopes(local: np.ndarray) -> str:
 
 
 def _sentence(
-    found: OrderEstimate, names: list[str], label_unit: str, error_unit: str, predicted_floor: float | None
+    found: OrderEstimate,
+    names: list[str],
+    label_unit: str,
+    error_unit: str,
+    predicted_floor: float | None,
 ) -> str:
     """The verdict: order and range, floor and cause, pre-asymptotic levels, levels that no single order explains."""
     used = np.flatnonzero(found.used)
@@ -362,7 +418,9 @@ def _sentence(
     elif found.floor_share.any():
         limited = _span([names[k] for k in used if found.floor_share[k] >= 0.5])
         predicted = f"(predicted {predicted_floor:.2g} {error_unit})"
-        parts.append(f"at {limited} {label_unit} most of the error is that of the time step {predicted}")
+        parts.append(
+            f"at {limited} {label_unit} most of the error is that of the time step {predicted}"
+        )
     early = [names[k] for k in np.flatnonzero(found.pre_asymptotic)]
     if len(early) == len(names):
         parts.append(f"pre-asymptotic throughout: local slopes {_slopes(found.local)}")

@@ -1,7 +1,7 @@
 """What every compiled kernel shares: decorators, dispatch on the type of a small tuple, small arrays on the stack.
 
-The number of dimensions reaches a kernel as the length of a tuple, which numba knows when it compiles: loops over it
-unroll, and one text serves 1D, 2D and 3D.
+The number of dimensions reaches a kernel as the length of a tuple, which numba knows when it
+compiles: loops over it unroll, and one text serves 1D, 2D and 3D.
 """
 
 from collections.abc import Callable
@@ -13,9 +13,18 @@ from numba.core import cgutils
 from numba.extending import intrinsic, overload
 from numba.np.arrayobj import make_array, populate_array
 
-# "contract" permits fused multiply-add; nothing that reorders sums, so that a result does not depend on unrolling.
-OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "cache": True, "nogil": True}
-INLINED: Any = {key: OPTIONS[key] for key in ("error_model", "fastmath")} | {"_nrt": False, "forceinline": True}
+# "contract" permits fused multiply-add; nothing that reorders sums, so that a result does not
+# depend on unrolling.
+OPTIONS: dict[str, Any] = {
+    "error_model": "numpy",
+    "fastmath": {"contract"},
+    "cache": True,
+    "nogil": True,
+}
+INLINED: Any = {key: OPTIONS[key] for key in ("error_model", "fastmath")} | {
+    "_nrt": False,
+    "forceinline": True,
+}
 
 
 def kernel(function: Callable[..., Any]) -> Any:
@@ -26,8 +35,8 @@ def kernel(function: Callable[..., Any]) -> Any:
 def lean(function: Callable[..., Any]) -> Any:
     """Compile a function without reference counts, for loops in which counting would cost more than the arithmetic.
 
-    numba counts references whenever an array is taken out of a tuple. A `lean` kernel leaves that out and therefore
-    cannot allocate: its arrays come from outside, or from the stack.
+    numba counts references whenever an array is taken out of a tuple. A `lean` kernel leaves that
+    out and therefore cannot allocate: its arrays come from outside, or from the stack.
     """
     return njit(**(OPTIONS | {"_nrt": False}))(function)
 
@@ -45,11 +54,14 @@ def has_version(stub: Callable[..., Any], handle: type) -> bool:
     return (stub.__name__, handle) in _versions
 
 
-def implements(stub: Callable[..., Any], handle: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+def implements(
+    stub: Callable[..., Any], handle: type
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Decorate a function as the version of `stub` for handles (NamedTuples) of the given class.
 
-    A kernel that calls `stub(handle, ...)` is compiled once per handle class and reaches the disk cache, which a
-    function passed as an argument never does. The function cannot allocate (see `lean`).
+    A kernel that calls `stub(handle, ...)` is compiled once per handle class and reaches the disk
+    cache, which a function passed as an argument never does. The function cannot allocate (see
+    `lean`).
     """
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -32,7 +32,10 @@ class Box:
 
     def breaks(self) -> list[np.ndarray]:
         """Cell boundaries along each axis [m]."""
-        return [np.linspace(a, b, n + 1) for a, b, n in zip(self.lower, self.upper, self.cells, strict=True)]
+        return [
+            np.linspace(a, b, n + 1)
+            for a, b, n in zip(self.lower, self.upper, self.cells, strict=True)
+        ]
 
     def nodes(self) -> np.ndarray:
         """Cell corners [m], shape (N, dim), last axis fastest."""

@@ -15,18 +15,25 @@ from mpmbench.core.methods import Choices
 from mpmbench.core.particles import Particles
 from mpmbench.core.unseen import seen_share
 
-WIDEST_BAND = 40  # beyond it conjugate gradients cost less than a banded factorisation in every step
-SMALLEST_EIGENVALUE = 0.03  # of a mass matrix over its row sums; a zigzag that no particle sees has next to no mass
+WIDEST_BAND = (
+    40  # beyond it conjugate gradients cost less than a banded factorisation in every step
+)
+SMALLEST_EIGENVALUE = (
+    0.03  # of a mass matrix over its row sums; a zigzag that no particle sees has next to no mass
+)
 DIRECT_NODES = 40_000  # a constant matrix up to this size is factorised once
-SMALLEST_SHARE = 0.05  # of the mass of a pattern that particles see: at least a half where they are well spread
+SMALLEST_SHARE = (
+    0.05  # of the mass of a pattern that particles see: at least a half where they are well spread
+)
 
 
 class Mass(Protocol):
     """A mass matrix that is assembled in every step and solved a few times.
 
-    `fixed`, shape (N, dim), marks constrained components: their rows and columns leave the system, one component at a
-    time. Degrees of freedom with a mass below `cutoff` particle masses are left out too: near-empty cells otherwise
-    break a consistent mass (the last active function is seen by one particle near the edge of its support).
+    `fixed`, shape (N, dim), marks constrained components: their rows and columns leave the system,
+    one component at a time. Degrees of freedom with a mass below `cutoff` particle masses are left
+    out too: near-empty cells otherwise break a consistent mass (the last active function is seen by
+    one particle near the edge of its support).
     """
 
     def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
@@ -50,7 +57,10 @@ class Mass(Protocol):
 
 def make_mass(choices: Choices, fixed: np.ndarray, basis: Basis, p: Particles) -> Mass:
     """The mass matrix that the method asks for, with the solver that its size asks for."""
-    if choices.mass == "lumped" or choices.time in ("static", "newmark"):  # these sum it into their tangent
+    if choices.mass == "lumped" or choices.time in (
+        "static",
+        "newmark",
+    ):  # these sum it into their tangent
         return LumpedMass(fixed, choices.mass_cutoff)
     basis.locate(p.x)
     if choices.moving and isinstance(basis.handle, Stencils):
@@ -68,7 +78,8 @@ def make_mass(choices: Choices, fixed: np.ndarray, basis: Basis, p: Particles) -
 def refuse_too_few_particles(basis: Basis, p: Particles, fixed: np.ndarray, widest: int) -> None:
     """Refuse fewer particles than nodes where a combination of nodal values is nearly zero at all of them.
 
-    Held end nodes alone make such a matrix regular; its smallest eigenvalue still falls with the square of the spacing.
+    Held end nodes alone make such a matrix regular; its smallest eigenvalue still falls with the
+    square of the spacing.
 
     Raises
     ------
@@ -86,7 +97,9 @@ def refuse_too_few_particles(basis: Basis, p: Particles, fixed: np.ndarray, wide
     full += np.tril(full, -1).T
     scale = 1.0 / np.sqrt(full.sum(axis=1)[active])
     matrix = full[np.ix_(active, active)] * scale * scale[:, None]
-    lower = np.array([np.append(np.diag(matrix, -k), np.zeros(k)) for k in range(min(widest + 1, len(active)))])
+    lower = np.array(
+        [np.append(np.diag(matrix, -k), np.zeros(k)) for k in range(min(widest + 1, len(active)))]
+    )
     smallest = float(eigvals_banded(lower, lower=True, select="i", select_range=(0, 0))[0])
     if smallest < SMALLEST_EIGENVALUE:
         raise BrokeDown(

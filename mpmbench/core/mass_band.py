@@ -45,7 +45,14 @@ class BandMass:
 
     def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
         for d, group in enumerate(self._group):
-            substitute(self._band, self._factor[group], self._threshold, self.fixed[:, d], rhs[:, d], out[:, d])
+            substitute(
+                self._band,
+                self._factor[group],
+                self._threshold,
+                self.fixed[:, d],
+                rhs[:, d],
+                out[:, d],
+            )
 
 
 @lean
@@ -67,7 +74,8 @@ def bandwidth(phi, x):  # type: ignore[no-untyped-def]
 def assemble_band(phi, x, m, band):  # type: ignore[no-untyped-def]
     """Sum the lower band of the consistent mass matrix: ``band[i, i - j] = sum_p m_p phi_i phi_j`` for j <= i.
 
-    Returns the largest i - j that was met; when that does not fit, the band must be widened and summed again.
+    Returns the largest i - j that was met; when that does not fit, the band must be widened and
+    summed again.
     """
     work, grad_phi = scratch(phi), vector(phi.axes)
     widest = 0

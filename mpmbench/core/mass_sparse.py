@@ -1,7 +1,8 @@
 """The consistent mass matrix in rows of equal width, by conjugate gradients or (where it is constant) factorised once.
 
-Row i holds ``values[i, :]`` in ``columns[i, :]``, ascending, its diagonal at ``diagonal[i]``; unused places hold 0.
-On tensor grids the place of a pair in its row depends only on the two functions, so assembly is plain arithmetic.
+Row i holds ``values[i, :]`` in ``columns[i, :]``, ascending, its diagonal at ``diagonal[i]``;
+unused places hold 0. On tensor grids the place of a pair in its row depends only on the two
+functions, so assembly is plain arithmetic.
 """
 
 import numpy as np
@@ -15,7 +16,9 @@ from mpmbench.core.compiled import implements, kernel, lean, vector
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.particles import Particles
 
-TOLERANCE = 1e-13  # of the residual, relative to the right-hand side, in the norm of the preconditioner
+TOLERANCE = (
+    1e-13  # of the residual, relative to the right-hand side, in the norm of the preconditioner
+)
 MOST_ITERATIONS = 2000
 
 
@@ -106,7 +109,9 @@ def solve_upper(columns, values, diagonal, free, s, t, rest):  # type: ignore[no
         inverse = 1.0 / diagonal_i
         for d in range(dim):
             total = s[i, d]
-            for k in range(columns.shape[1] - 1, diagonal[i], -1):  # what the last row has given comes last
+            for k in range(
+                columns.shape[1] - 1, diagonal[i], -1
+            ):  # what the last row has given comes last
                 total -= values[i, k] * t[columns[i, k], d]
             t[i, d] = total * inverse if free[i, d] else 0.0
             rest[i, d] = s[i, d] - diagonal_i * t[i, d]
@@ -116,11 +121,12 @@ def solve_upper(columns, values, diagonal, free, s, t, rest):  # type: ignore[no
 def conjugate_gradients(columns, values, diagonal, free, rhs, out, r, t, w, s):  # type: ignore[no-untyped-def]
     """Solve ``M out = rhs`` on the free components, given `out` on the others; each component iterates by itself.
 
-    The preconditioner is a symmetric Gauss-Seidel sweep, ``(D + L) D^-1 (D + U)``. Since its factors sum up to
-    ``M + D``, the product with M costs nothing beside the sweep (Eisenstat 1981): for ``t = (D + U)^-1 s``,
-    ``(D + L)^-1 M t = t + (D + L)^-1 (s - D t)``.
+    The preconditioner is a symmetric Gauss-Seidel sweep, ``(D + L) D^-1 (D + U)``. Since its
+    factors sum up to ``M + D``, the product with M costs nothing beside the sweep (Eisenstat 1981):
+    for ``t = (D + U)^-1 s``, ``(D + L)^-1 M t = t + (D + L)^-1 (s - D t)``.
 
-    Returns the number of iterations, -1 when they do not converge or the matrix is not positive definite.
+    Returns the number of iterations, -1 when they do not converge or the matrix is not positive
+    definite.
     """
     n, dim = rhs.shape
     for i in range(n):
@@ -132,7 +138,11 @@ def conjugate_gradients(columns, values, diagonal, free, rhs, out, r, t, w, s): 
         for d in range(dim):
             w[i, d] = rhs[i, d] - w[i, d]
     solve_lower(columns, values, diagonal, free, w, r)
-    rr, alpha, beta = np.zeros(dim), np.zeros(dim), np.zeros(dim)  # rr: r D r = residual P^-1 residual
+    rr, alpha, beta = (
+        np.zeros(dim),
+        np.zeros(dim),
+        np.zeros(dim),
+    )  # rr: r D r = residual P^-1 residual
     for i in range(n):
         for d in range(dim):
             s[i, d] = values[i, diagonal[i]] * r[i, d]
@@ -185,7 +195,9 @@ class SparseMass:
         self._work = [np.zeros(fixed.shape) for _ in range(4)]
 
     def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
-        if not self.columns.shape[1] or not assemble_rows(basis.handle, p.x, p.m, self.columns, self.values):
+        if not self.columns.shape[1] or not assemble_rows(
+            basis.handle, p.x, p.m, self.columns, self.values
+        ):
             self.columns, self.diagonal = pattern(basis, p.x)
             self.values = np.zeros(self.columns.shape)
             assemble_rows(basis.handle, p.x, p.m, self.columns, self.values)
@@ -220,7 +232,9 @@ class DirectMass(SparseMass):
         n = len(self.fixed)
         rows = np.repeat(np.arange(n), self.columns.shape[1])
         used = self.values.ravel() != 0.0
-        matrix = csr_matrix((self.values.ravel()[used], (rows[used], self.columns.ravel()[used])), shape=(n, n))
+        matrix = csr_matrix(
+            (self.values.ravel()[used], (rows[used], self.columns.ravel()[used])), shape=(n, n)
+        )
         self._coupling: list[csr_matrix] = []
         self._factors: list[SuperLU] = []
         for d in range(self.fixed.shape[1]):
@@ -245,8 +259,8 @@ class DirectMass(SparseMass):
 def pattern(basis: Basis, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Columns of each row, shape (N, width), and the place of the diagonal, shape (N,).
 
-    On tensor grids all pairs within the degree, whether or not particles see them; on clouds the pairs that particles
-    see, which is made anew when a new pair appears.
+    On tensor grids all pairs within the degree, whether or not particles see them; on clouds the
+    pairs that particles see, which is made anew when a new pair appears.
     """
     n = len(basis.nodes)
     if isinstance(basis.handle, TensorGrid):
@@ -254,8 +268,12 @@ def pattern(basis: Basis, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     handle = basis.handle
     rows = np.repeat(np.arange(len(x)), handle.index.shape[1])
     valid = (np.arange(handle.index.shape[1]) < handle.size[:, None]).ravel()
-    incidence = csr_matrix((np.ones(valid.sum()), (rows[valid], handle.index.ravel()[valid])), shape=(len(x), n))
-    pairs = csr_matrix(incidence.T @ incidence + csr_matrix((np.ones(n), (range(n), range(n))), shape=(n, n)))
+    incidence = csr_matrix(
+        (np.ones(valid.sum()), (rows[valid], handle.index.ravel()[valid])), shape=(len(x), n)
+    )
+    pairs = csr_matrix(
+        incidence.T @ incidence + csr_matrix((np.ones(n), (range(n), range(n))), shape=(n, n))
+    )
     pairs.sort_indices()
     length = np.diff(pairs.indptr)
     columns = np.full((n, int(length.max())), n - 1, dtype=np.int64)
@@ -270,7 +288,9 @@ def grid_pattern(grid: TensorGrid) -> tuple[np.ndarray, np.ndarray]:
     reach = np.arange(1 - len(grid.order), len(grid.order))
     n = int(np.prod(grid.shape))
     place = np.stack(np.unravel_index(np.arange(n), grid.shape), axis=1)
-    offsets = np.stack(np.meshgrid(*[reach] * len(grid.shape), indexing="ij"), axis=-1).reshape(-1, len(grid.shape))
+    offsets = np.stack(np.meshgrid(*[reach] * len(grid.shape), indexing="ij"), axis=-1).reshape(
+        -1, len(grid.shape)
+    )
     neighbour = place[:, None, :] + offsets[None, :, :]
     inside = np.all((neighbour >= 0) & (neighbour < np.array(grid.shape)), axis=2)
     strides = np.array([int(np.prod(grid.shape[d + 1 :])) for d in range(len(grid.shape))])

@@ -23,11 +23,13 @@ class Particles:
     F : ndarray
         Deformation gradients, shape (P, dim, dim).
     L : ndarray
-        Velocity gradients [1/s], shape (P, dim, dim); without rows where the material does not ask for them.
+        Velocity gradients [1/s], shape (P, dim, dim); without rows where the material does not ask
+        for them.
     sigma : ndarray
         Cauchy stresses [Pa], shape (P, dim, dim).
     V0, V, m : ndarray
-        Initial and current volumes [m^dim] and masses [kg per unit of the missing dimensions], shape (P,).
+        Initial and current volumes [m^dim] and masses [kg per unit of the missing dimensions],
+        shape (P,).
     b : ndarray
         Body force per unit mass [N/kg], shape (P, dim).
     state : ndarray
@@ -99,7 +101,8 @@ class Particles:
 def one_block(*shapes: tuple[int, ...]) -> list[np.ndarray]:
     """Arrays of zeros that lie in one piece of memory.
 
-    The system backs a large piece with large pages; arrays of a few megabytes each would cost a third of the speed.
+    The system backs a large piece with large pages; arrays of a few megabytes each would cost a
+    third of the speed.
     """
     sizes = [int(np.prod(shape)) for shape in shapes]
     block = np.zeros(sum(sizes))
@@ -116,12 +119,23 @@ def per_axis(particles_per_cell: int, dimension: int) -> int:
         When the total is not the power ``dimension`` of a whole number.
     """
     n = round(particles_per_cell ** (1.0 / dimension))
-    allowed = {1: "a whole number >= 1", 2: "a square number such as 4, 9, 16", 3: "a cube number such as 8, 27"}
-    require(n >= 1 and n**dimension == particles_per_cell, "particles_per_cell", particles_per_cell, allowed[dimension])
+    allowed = {
+        1: "a whole number >= 1",
+        2: "a square number such as 4, 9, 16",
+        3: "a cube number such as 8, 27",
+    }
+    require(
+        n >= 1 and n**dimension == particles_per_cell,
+        "particles_per_cell",
+        particles_per_cell,
+        allowed[dimension],
+    )
     return n
 
 
-def seed_cells(box: Box, particles_per_cell: int, layout: str = "midpoint") -> tuple[np.ndarray, np.ndarray]:
+def seed_cells(
+    box: Box, particles_per_cell: int, layout: str = "midpoint"
+) -> tuple[np.ndarray, np.ndarray]:
     """Particles in each cell of a box, cell by cell.
 
     Parameters

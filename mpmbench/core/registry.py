@@ -30,7 +30,9 @@ def register(kind: str, name: str) -> Callable[[Plugin], Plugin]:
     def decorate(plugin: Plugin) -> Plugin:
         known = _registered[kind].get(name)
         if known is not None and known.__module__ != plugin.__module__:
-            raise ValueError(f"{kind}={name} is registered twice: by {known.__module__} and by {plugin.__module__}")
+            raise ValueError(
+                f"{kind}={name} is registered twice: by {known.__module__} and by {plugin.__module__}"
+            )
         _registered[kind][name] = plugin
         return plugin
 
@@ -45,7 +47,10 @@ def get(kind: str, name: str) -> Any:
     KeyError
         When no file and no plug-in registers this name.
     """
-    if name not in _registered[kind] and importlib.util.find_spec(f"{PACKAGES[kind]}.{name}") is not None:
+    if (
+        name not in _registered[kind]
+        and importlib.util.find_spec(f"{PACKAGES[kind]}.{name}") is not None
+    ):
         importlib.import_module(f"{PACKAGES[kind]}.{name}")
     if name not in _registered[kind]:
         load_plugins()
@@ -63,7 +68,11 @@ def names(kind: str) -> list[str]:
 
 def plugin_folders() -> list[Path]:
     """Folders of ``MPMBENCH_PLUGINS`` (separated as in PATH) and of the entry points ``mpmbench.plugins``."""
-    folders = [Path(part).resolve() for part in os.environ.get("MPMBENCH_PLUGINS", "").split(os.pathsep) if part]
+    folders = [
+        Path(part).resolve()
+        for part in os.environ.get("MPMBENCH_PLUGINS", "").split(os.pathsep)
+        if part
+    ]
     for entry in entry_points(group="mpmbench.plugins"):
         spec = importlib.util.find_spec(entry.value)
         places = spec.submodule_search_locations if spec is not None else None
@@ -73,7 +82,12 @@ def plugin_folders() -> list[Path]:
 
 def plugin_files() -> list[Path]:
     """The Python files of all plug-in folders, in a fixed order."""
-    return [file for folder in plugin_folders() for file in sorted(folder.glob("*.py")) if file.stem != "__init__"]
+    return [
+        file
+        for folder in plugin_folders()
+        for file in sorted(folder.glob("*.py"))
+        if file.stem != "__init__"
+    ]
 
 
 def load_plugins() -> None:

@@ -1,7 +1,7 @@
 """Arithmetic on whole rows of small arrays: 2, 4 or 8 numbers that a processor multiplies and adds at once.
 
-The compiler finds this by itself in long loops only. A row is as long as the tuple `lanes`, whose entries do not
-matter; every row of the arrays must hold that many numbers.
+The compiler finds this by itself in long loops only. A row is as long as the tuple `lanes`, whose
+entries do not matter; every row of the arrays must hold that many numbers.
 """
 
 from collections.abc import Callable
@@ -32,7 +32,9 @@ def _row_operation(combine: Callable[..., Any]) -> Any:
             def place(kind, array, number):  # type: ignore[no-untyped-def]
                 start = [number, context.get_constant(types.intp, 0)]
                 data = make_array(kind)(context, builder, array)
-                pointer = cgutils.get_item_pointer(context, builder, kind, data, start, wraparound=False)
+                pointer = cgutils.get_item_pointer(
+                    context, builder, kind, data, start, wraparound=False
+                )
                 return builder.bitcast(pointer, row.as_pointer())
 
             _, written, i_, number, read, j_ = arguments

@@ -31,7 +31,8 @@ class Body:
     Attributes
     ----------
     geometry : Geometry
-        The nodes: of the whole domain for methods with fixed nodes, of the body for those that move.
+        The nodes: of the whole domain for methods with fixed nodes, of the body for those that
+        move.
     particles : Particles
         In their initial state, velocities included.
     fixed : callable
@@ -40,8 +41,8 @@ class Body:
         ``velocity(x)`` is the initial velocity field [m/s], shape (n, dim).
     loads : Loads
     displacement : callable or None
-        ``displacement(x_i)`` moves the nodes of a body that is deformed from the start [m], shape (N, dim); `fixed`,
-        `velocity` and `loads` are asked about the places before that.
+        ``displacement(x_i)`` moves the nodes of a body that is deformed from the start [m], shape
+        (N, dim); `fixed`, `velocity` and `loads` are asked about the places before that.
     """
 
     geometry: Geometry
@@ -82,7 +83,9 @@ def build_state(body: Body, basis: BasisSettings, material: Material, choices: C
     """Allocate everything a run needs."""
     p = body.particles
     deformed = body.displacement is not None and (choices.moving or choices.frozen)
-    functions: Basis = basis.build(body.geometry, len(p.x), (choices.moving and not choices.frozen) or deformed)
+    functions: Basis = basis.build(
+        body.geometry, len(p.x), (choices.moving and not choices.frozen) or deformed
+    )
     reference = functions.nodes.copy()
     if hasattr(functions, "follow"):
         functions.follow(p)
@@ -92,12 +95,23 @@ def build_state(body: Body, basis: BasisSettings, material: Material, choices: C
         functions = FrozenBasis(functions, p.x, p.F)
     fixed = body.fixed(reference)
     mass = make_mass(choices, fixed, functions, p)
-    state = State(p, Nodes.zeros(*functions.nodes.shape), functions, mass, material, choices, fixed, body.loads)
+    state = State(
+        p,
+        Nodes.zeros(*functions.nodes.shape),
+        functions,
+        mass,
+        material,
+        choices,
+        fixed,
+        body.loads,
+    )
     if body.loads.traction is not None:
         state.traction_particle = loaded_points(p, len(body.loads.traction(0.0)), choices.traction)
     state.initial_nodes, state.geometry = reference, body.geometry
     state.nodes.v[:] = body.velocity(reference)
-    if choices.transfer == "nodal":  # the velocity lives on the nodes; that of the particles is only read off
+    if (
+        choices.transfer == "nodal"
+    ):  # the velocity lives on the nodes; that of the particles is only read off
         functions.locate(p.x)
         update_particles(state, 0.0, velocity=True)
     return state
@@ -125,8 +139,8 @@ def simulate(
     ----------
     state : State
     time_step : float or callable
-        Constant step [s]: ``ceil(end_time / time_step)`` equal steps, never a shortened last one; or a function of the
-        state for adaptive steps.
+        Constant step [s]: ``ceil(end_time / time_step)`` equal steps, never a shortened last one;
+        or a function of the state for adaptive steps.
     end_time : float
         [s]
     snapshot_times : sequence of float
@@ -136,7 +150,9 @@ def simulate(
     """
     step = registry.get("method", state.choices.time)
     adaptive = time_step if callable(time_step) else None
-    planned = 0 if callable(time_step) else max(1, int(np.ceil(end_time / time_step * (1.0 - 1e-12))))
+    planned = (
+        0 if callable(time_step) else max(1, int(np.ceil(end_time / time_step * (1.0 - 1e-12))))
+    )
     dt = end_time / planned if planned else 0.0
     solution = Solution(time_step=dt, records=state.records)
     watch = Watch(state, solution, end_time, sorted(snapshot_times))
@@ -159,11 +175,16 @@ def simulate(
                 state.time = solution.steps * dt
             guard(state)
             solution.solver_time += perf_counter() - start
-            watch.after_step(dt, last=solution.steps == planned or state.time >= end_time * (1.0 - 1e-12))
+            watch.after_step(
+                dt, last=solution.steps == planned or state.time >= end_time * (1.0 - 1e-12)
+            )
             if progress is not None and watch.sampled:
                 progress(state.time / end_time, state.time)
     except SolverFailure as failure:
-        solution.status, solution.reason = failure.status, f"{failure} (step {solution.steps}, t = {state.time:.6g} s)"
+        solution.status, solution.reason = (
+            failure.status,
+            f"{failure} (step {solution.steps}, t = {state.time:.6g} s)",
+        )
     solution.time_reached = state.time
     return solution
 
@@ -188,13 +209,17 @@ def guard(s: State) -> None:
     if bad >= 0:
         if not np.isfinite(p.x[bad]).all():
             raise Diverged(f"the position of particle {bad} is not finite")
-        raise BrokeDown(f"particle {bad} at {p.x[bad]} m has lost its basis: it left the nodes' domain")
+        raise BrokeDown(
+            f"particle {bad} at {p.x[bad]} m has lost its basis: it left the nodes' domain"
+        )
 
 
 class Watch:
     """Keeps history and snapshots during a run, outside the timed steps."""
 
-    def __init__(self, state: State, solution: Solution, end_time: float, snapshot_times: list[float]) -> None:
+    def __init__(
+        self, state: State, solution: Solution, end_time: float, snapshot_times: list[float]
+    ) -> None:
         self.state, self.solution, self.end_time = state, solution, end_time
         self.pending = [t for t in snapshot_times if 0.0 < t < end_time]
         self.next_sample = 0.0
@@ -239,7 +264,9 @@ class Watch:
         if not np.isfinite(kinetic + strain):
             raise Diverged("the energy is not finite")
         if s.material.conserves_energy and allowed > 0.0 and kinetic + strain > allowed:
-            raise Diverged(f"the energy has grown to {kinetic + strain:.3g} J, {ENERGY_GROWTH:g} times what was put in")
+            raise Diverged(
+                f"the energy has grown to {kinetic + strain:.3g} J, {ENERGY_GROWTH:g} times what was put in"
+            )
 
     def snapshot(self) -> None:
         """Copy the particles."""

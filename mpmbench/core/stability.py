@@ -9,15 +9,17 @@ from mpmbench.core.state import State
 def stability_limit(s: State, iterations: int = 60) -> float:
     """Critical time step ``2 / omega_max`` of the leapfrog scheme about the current state [s].
 
-    The highest frequency of ``M^-1 K`` is found by power iteration with the elastic tangent of the undeformed material;
-    no matrix K is formed: a nodal displacement is strained, stressed and summed with the transfers of the run itself.
+    The highest frequency of ``M^-1 K`` is found by power iteration with the elastic tangent of the
+    undeformed material; no matrix K is formed: a nodal displacement is strained, stressed and
+    summed with the transfers of the run itself.
 
     Parameters
     ----------
     s : State
         Not changed, but for its scratch arrays.
     iterations : int
-        Power iterations; the estimate approaches the limit from above, so a factor below one (`cfl`) belongs to it.
+        Power iterations; the estimate approaches the limit from above, so a factor below one
+        (`cfl`) belongs to it.
 
     Returns
     -------

@@ -52,14 +52,16 @@ class Loads:
     Attributes
     ----------
     body_force : callable or None
-        ``body_force(X, t, b)`` writes the force per unit mass [N/kg] at initial positions X, shape (P, dim), to `b`.
+        ``body_force(X, t, b)`` writes the force per unit mass [N/kg] at initial positions X, shape
+        (P, dim), to `b`.
     traction : callable or None
         ``traction(t)`` gives the point loads [N], shape (n, dim); they act on the first n tracers.
     prescribed_motion : callable or None
-        ``prescribed_motion(X_i, t)`` gives the displacement [m], shape (N, dim), of the fixed components of nodes that
-        started at X_i; without it they rest.
+        ``prescribed_motion(X_i, t)`` gives the displacement [m], shape (N, dim), of the fixed
+        components of nodes that started at X_i; without it they rest.
     landing : callable or None
-        ``landing(x_i)`` marks the components of moving nodes, shape (N, dim) of bool, that are held from now on.
+        ``landing(x_i)`` marks the components of moving nodes, shape (N, dim) of bool, that are held
+        from now on.
     """
 
     body_force: Callable[[np.ndarray, float, np.ndarray], None] | None = None
@@ -93,9 +95,11 @@ class State:
     records : dict of list
         What a time loop has to say about its steps, by name: one number or array per step.
     observe : callable or None
-        ``observe(state)`` gives further time series of the problem, by name; called when history is sampled.
+        ``observe(state)`` gives further time series of the problem, by name; called when history is
+        sampled.
     start : callable or None
-        ``start(state, dt)`` changes velocities, which live half a step before positions, when the first step is known.
+        ``start(state, dt)`` changes velocities, which live half a step before positions, when the
+        first step is known.
     samples : int
         History is kept at about this many instants.
     """
@@ -140,5 +144,7 @@ class State:
         self.law = self.material.law
         self.axes = (0.0,) * self.particles.dimension
         self.initial_nodes = self.basis.nodes.copy()
-        self.cells = np.zeros((len(chunks(len(self.particles.x))), 0, len(lanes_for(2 * self.particles.dimension))))
+        self.cells = np.zeros(
+            (len(chunks(len(self.particles.x))), 0, len(lanes_for(2 * self.particles.dimension)))
+        )
         self.sums = NodalSums(len(self.fixed), len(self.particles.x), self.particles.dimension)

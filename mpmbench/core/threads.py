@@ -1,7 +1,8 @@
 """Work on particles in chunks, on one thread or several, with the same bits for any number of threads.
 
-The division into chunks depends on the number of particles only, and each chunk adds to sums of its own, which are
-added up in a fixed order. Kernels release the interpreter's lock, so plain threads serve: nothing is compiled twice.
+The division into chunks depends on the number of particles only, and each chunk adds to sums of its
+own, which are added up in a fixed order. Kernels release the interpreter's lock, so plain threads
+serve: nothing is compiled twice.
 """
 
 from collections.abc import Callable

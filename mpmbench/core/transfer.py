@@ -1,7 +1,8 @@
 """Sums between particles and nodes, for any basis and any number of dimensions.
 
-Shapes: nodal arrays (N,) and (N, dim), particle arrays (P,), (P, dim) and (P, dim, dim). Particles of the same grid
-cell that follow each other share the values of their nodes: they are read once and added once per cell.
+Shapes: nodal arrays (N,) and (N, dim), particle arrays (P,), (P, dim) and (P, dim, dim). Particles
+of the same grid cell that follow each other share the values of their nodes: they are read once and
+added once per cell.
 """
 
 import numpy as np
@@ -37,7 +38,20 @@ class NodalSums:
         self._cells = at_least(self._cells, phi.width)
 
         def add(c: int, start: int, stop: int) -> None:
-            p2g(phi, self._lanes, x, m, v, V, sigma, self._parts[c], self._cells[c], self._touched[c], start, stop)
+            p2g(
+                phi,
+                self._lanes,
+                x,
+                m,
+                v,
+                V,
+                sigma,
+                self._parts[c],
+                self._cells[c],
+                self._touched[c],
+                start,
+                stop,
+            )
 
         threads.run(add, len(x))
         collect(self._parts, self._touched, m_i, q_i, f_i)
@@ -52,8 +66,8 @@ def at_least(cells: np.ndarray, width: int) -> np.ndarray:
 def p2g(phi, lanes, x, m, v, V, sigma, sums, cell, touched, start, stop):  # type: ignore[no-untyped-def]
     """Add mass, momentum and internal force of particles start to stop to ``sums[i] = (m, q, f)``.
 
-    `sums` has the shape (N, lanes); `cell` holds the same for the functions of one cell; `touched` returns the range of
-    node numbers that were added to.
+    `sums` has the shape (N, lanes); `cell` holds the same for the functions of one cell; `touched`
+    returns the range of node numbers that were added to.
     """
     dim = len(phi.axes)
     work, columns = scratch(phi), matrix((0.0, *phi.axes), lanes)
@@ -145,20 +159,48 @@ def p2g_internal_force(phi, x, V, sigma, f_i):  # type: ignore[no-untyped-def]
 
 @lean
 def g2p(  # type: ignore[no-untyped-def]
-    phi, lanes, law, x, v, F, L, V, V0, state, sigma, v_i, a_i, flip, dt, velocity, strain, position, cell, start, stop
+    phi,
+    lanes,
+    law,
+    x,
+    v,
+    F,
+    L,
+    V,
+    V0,
+    state,
+    sigma,
+    v_i,
+    a_i,
+    flip,
+    dt,
+    velocity,
+    strain,
+    position,
+    cell,
+    start,
+    stop,
 ):
     """Update particles start to stop from nodal velocities and accelerations; three switches say what is updated.
 
-    velocity: ``v_p <- flip (v_p + dt sum_i phi_i a_i) + (1 - flip) sum_i phi_i v_i`` (Eqs. 27, 97; 67, 68)
-    strain: ``L = sum_i v_i (x) grad phi_i``, ``F <- (I + dt L) F``, ``V = det(F) V_0``, and the stress from the new F
-    (Eqs. 28-30, 53-55, 98, 99 corrected)
-    position: ``x_p += dt sum_i phi_i v_i`` (Eqs. 26, 52, 96)
+    velocity: ``v_p <- flip (v_p + dt sum_i phi_i a_i) + (1 - flip) sum_i phi_i v_i`` (Eqs. 27, 97;
+    67, 68) strain: ``L = sum_i v_i (x) grad phi_i``, ``F <- (I + dt L) F``, ``V = det(F) V_0``, and
+    the stress from the new F (Eqs. 28-30, 53-55, 98, 99 corrected) position: ``x_p += dt sum_i
+    phi_i v_i`` (Eqs. 26, 52, 96)
 
-    Particles without volume are not strained. `cell`, shape (K, lanes), holds (v_i, a_i) of the functions of one cell.
+    Particles without volume are not strained. `cell`, shape (K, lanes), holds (v_i, a_i) of the
+    functions of one cell.
     """
     dim = len(phi.axes)
-    work, sums = scratch(phi), matrix((0.0, *phi.axes), lanes)  # (v, a) at the particle, and their gradients
-    velocity_gradient, F_p, sigma_p = matrix(phi.axes, phi.axes), matrix(phi.axes, phi.axes), matrix(phi.axes, phi.axes)
+    work, sums = (
+        scratch(phi),
+        matrix((0.0, *phi.axes), lanes),
+    )  # (v, a) at the particle, and their gradients
+    velocity_gradient, F_p, sigma_p = (
+        matrix(phi.axes, phi.axes),
+        matrix(phi.axes, phi.axes),
+        matrix(phi.axes, phi.axes),
+    )
     last = -1
     for p in range(start, stop):
         at = locate(phi, x, p, work)

@@ -8,7 +8,13 @@ from scipy.spatial import ConvexHull, Delaunay
 from mpmbench.core.errors import BadSetting
 from mpmbench.core.geometry import Cloud
 
-RINGS = (1, 8, 16, 18, 14)  # nodes on circles of radius 0, h, 2 h, 3 h and 4 h: 57 nodes and 98 triangles
+RINGS = (
+    1,
+    8,
+    16,
+    18,
+    14,
+)  # nodes on circles of radius 0, h, 2 h, 3 h and 4 h: 57 nodes and 98 triangles
 
 
 def volumes(nodes: np.ndarray, simplices: np.ndarray) -> np.ndarray:
@@ -23,7 +29,9 @@ def barycentres(cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
     return cloud.nodes[cloud.simplices].mean(axis=1), volumes(cloud.nodes, cloud.simplices)
 
 
-def seed_triangles(nodes: np.ndarray, triangles: np.ndarray, points: int) -> tuple[np.ndarray, np.ndarray]:
+def seed_triangles(
+    nodes: np.ndarray, triangles: np.ndarray, points: int
+) -> tuple[np.ndarray, np.ndarray]:
     """One or three Gauss points in each triangle: positions [m], shape (T points, 2), and volumes [m^2].
 
     Raises
@@ -41,7 +49,8 @@ def seed_triangles(nodes: np.ndarray, triangles: np.ndarray, points: int) -> tup
 def triangulation(nodes: np.ndarray, volume: float | None) -> np.ndarray:
     """Delaunay simplices of nodes that fill a convex body of known volume [m^dim], or that of the nodes' hull (None).
 
-    Nodes on a face of a regular set make slivers without volume: they are dropped, and the others must add up.
+    Nodes on a face of a regular set make slivers without volume: they are dropped, and the others
+    must add up.
 
     Raises
     ------
@@ -59,11 +68,15 @@ def triangulation(nodes: np.ndarray, volume: float | None) -> np.ndarray:
     if volume is None:
         volume = float(ConvexHull(nodes).volume if nodes.shape[1] > 1 else np.ptp(nodes))
     if not abs(filled - volume) <= 1e-9 * volume:
-        raise BadSetting("nodes", len(nodes), f"a set whose simplices fill {volume:.6g} m^{nodes.shape[1]}")
+        raise BadSetting(
+            "nodes", len(nodes), f"a set whose simplices fill {volume:.6g} m^{nodes.shape[1]}"
+        )
     return np.asarray(simplices, dtype=np.int64)
 
 
-def jittered(nodes: np.ndarray, spacing: float, share: float, held: np.ndarray, seed: int) -> np.ndarray:
+def jittered(
+    nodes: np.ndarray, spacing: float, share: float, held: np.ndarray, seed: int
+) -> np.ndarray:
     """Nodes displaced by up to `share` of the spacing [m] along each axis; components marked in `held` stay."""
     shift = np.random.default_rng(seed).uniform(-share * spacing, share * spacing, nodes.shape)
     return nodes + np.where(held, 0.0, shift)
@@ -82,7 +95,9 @@ def extruded(section: Cloud, levels: np.ndarray) -> Cloud:
     assert section.simplices is not None
     count = len(section.nodes)
     nodes = np.concatenate([np.column_stack([np.full(count, x), section.nodes]) for x in levels])
-    a, b, c = np.sort(section.simplices, axis=1).T  # by number: a shared face is cut along the same diagonal
+    a, b, c = np.sort(
+        section.simplices, axis=1
+    ).T  # by number: a shared face is cut along the same diagonal
     top = count
     prism = np.concatenate(
         [
@@ -104,7 +119,9 @@ def disc(radius: float) -> Cloud:
         points.append(ring * spacing * np.column_stack([np.cos(angle), np.sin(angle)]))
     nodes = np.concatenate(points)
     rim = nodes[-RINGS[-1] :]
-    area = 0.5 * abs(float(np.sum(rim[:, 0] * np.roll(rim[:, 1], -1) - rim[:, 1] * np.roll(rim[:, 0], -1))))
+    area = 0.5 * abs(
+        float(np.sum(rim[:, 0] * np.roll(rim[:, 1], -1) - rim[:, 1] * np.roll(rim[:, 0], -1)))
+    )
     return Cloud(nodes, triangulation(nodes, area), spacing)
 
 
@@ -112,7 +129,9 @@ def nodal_volumes(cloud: Cloud) -> np.ndarray:
     """Volume [m^dim] of each node, shape (N,): equal shares of the simplices around it."""
     assert cloud.simplices is not None
     share = volumes(cloud.nodes, cloud.simplices) / cloud.simplices.shape[1]
-    return np.bincount(cloud.simplices.ravel(), np.repeat(share, cloud.simplices.shape[1]), len(cloud.nodes))
+    return np.bincount(
+        cloud.simplices.ravel(), np.repeat(share, cloud.simplices.shape[1]), len(cloud.nodes)
+    )
 
 
 def irregular_line(length: float, cells: int, irregularity: float, seed: int) -> Cloud:

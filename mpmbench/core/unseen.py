@@ -16,8 +16,8 @@ SHIFT = -1e-4  # below the spectrum of a mass matrix over its row sums
 def seen_share(basis: Basis, p: Particles, fixed: np.ndarray) -> float:
     """Mass of the pattern that has least at the particles, over its mass halfway between them and their nearest nodes.
 
-    About 1 or more where the particles are many and well spread. With one at the centre of each cell a zigzag of the
-    nodes nearly vanishes at all of them, and only there.
+    About 1 or more where the particles are many and well spread. With one at the centre of each
+    cell a zigzag of the nodes nearly vanishes at all of them, and only there.
 
     Parameters
     ----------
@@ -57,4 +57,6 @@ def _sparse(stored: Stencils, nodes: int) -> csr_matrix:
     """Values of the functions, shape (points, N)."""
     used = np.arange(stored.phi.shape[1]) < stored.size[:, None]
     first = np.concatenate([[0], np.cumsum(stored.size)])
-    return csr_matrix((stored.phi[used], stored.index[used], first), shape=(len(stored.size), nodes))
+    return csr_matrix(
+        (stored.phi[used], stored.index[used], first), shape=(len(stored.size), nodes)
+    )

@@ -1,10 +1,10 @@
 """Benchmarks: one file per problem.
 
-A file goes in a fixed order: equations and source, parameters, geometry, initial and boundary conditions, exact
-solution, quantities of interest.
+A file goes in a fixed order: equations and source, parameters, geometry, initial and boundary
+conditions, exact solution, quantities of interest.
 
-A plug-in is a dataclass of its parameters, registered with ``@register("problem", name)``, that fulfils `Problem`;
-`Defaults` fills in what a problem does not have.
+A plug-in is a dataclass of its parameters, registered with ``@register("problem", name)``, that
+fulfils `Problem`; `Defaults` fills in what a problem does not have.
 """
 
 from collections.abc import Callable
@@ -82,7 +82,8 @@ class Problem:
     def initial_displacement(self, material: Material) -> Callable[[np.ndarray], np.ndarray] | None:
         """Displacement [m] as a function of X of a body that is deformed from the start; `prepare` does the particles.
 
-        `nodes`, `fixed`, `velocity` and the prescribed motion then speak of the reference configuration.
+        `nodes`, `fixed`, `velocity` and the prescribed motion then speak of the reference
+        configuration.
         """
         return None
 
@@ -109,6 +110,8 @@ class Problem:
         """Quantities of interest: name -> (value or time series, unit, long name), and dimensions of other arrays."""
         return {}
 
-    def temporal_floor(self, dt: float, t: float, X: np.ndarray, material: Material) -> float | None:
+    def temporal_floor(
+        self, dt: float, t: float, X: np.ndarray, material: Material
+    ) -> float | None:
         """RMS displacement error [m] of the time integration alone, where it is known exactly."""
         return None

@@ -1,8 +1,9 @@
 """Neo-Hookean bar, fixed at one end and loaded by a point traction at the other (Wobbes 2020, section 8.2).
 
-``rho_0 u'' = P(F)_X`` on (0, l) with ``u(0) = 0`` and ``P(F(l, t)) = tau(t) = A sin(pi t / l)``, at rest at t = 0.
-The paper compares with the linear wave equation; the bar is nonlinear, and its simple wave is known exactly until it
-reaches the fixed end. The errata prescribe A < 0: compression first.
+``rho_0 u'' = P(F)_X`` on (0, l) with ``u(0) = 0`` and ``P(F(l, t)) = tau(t) = A sin(pi t / l)``, at
+rest at t = 0. The paper compares with the linear wave equation; the bar is nonlinear, and its
+simple wave is known exactly until it reaches the fixed end. The errata prescribe A < 0: compression
+first.
 """
 
 from dataclasses import dataclass
@@ -35,10 +36,12 @@ class BarDynamicTraction(Problem):
     traction_amplitude : float
         A [Pa].
     domain_cells : int or None
-        Cells of the fixed grid on 1.25 m, so that 1 m need not be a whole number of them; moving nodes then use the
-        nearest number of cells on the bar. Without it, `resolution` cells on the bar.
+        Cells of the fixed grid on 1.25 m, so that 1 m need not be a whole number of them; moving
+        nodes then use the nearest number of cells on the bar. Without it, `resolution` cells on the
+        bar.
     particle_layout : {"midpoint", "gauss", "aligned"}
-        Uniform over the bar, Gauss points of its cells, or at the midpoints of the sub-cells of the grid.
+        Uniform over the bar, Gauss points of its cells, or at the midpoints of the sub-cells of the
+        grid.
     """
 
     traction_amplitude: float = -1.0
@@ -57,7 +60,12 @@ class BarDynamicTraction(Problem):
         require_option("particle_layout", self.particle_layout, LAYOUTS)
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
-        if self.domain_cells is None and not choices.moving and not choices.frozen and resolution % 4:
+        if (
+            self.domain_cells is None
+            and not choices.moving
+            and not choices.frozen
+            and resolution % 4
+        ):
             raise NotApplicable(
                 f"resolution = {resolution}: the grid of 1.25 m has a whole number of cells only for multiples of 4; "
                 "set problem.domain_cells instead"
@@ -79,7 +87,9 @@ class BarDynamicTraction(Problem):
             box = Box((0.0,), (cells * DOMAIN / self.domain_cells,), (cells,))
             return seed_cells(box, particles_per_cell)
         layout = "gauss" if self.particle_layout == "gauss" else "midpoint"
-        return seed_cells(Box((0.0,), (self.reference_length,), (cells,)), particles_per_cell, layout)
+        return seed_cells(
+            Box((0.0,), (self.reference_length,), (cells,)), particles_per_cell, layout
+        )
 
     def tracers(self) -> np.ndarray:
         return np.array([[self.reference_length]])
@@ -125,7 +135,9 @@ class BarDynamicTraction(Problem):
             inside = (s >= l) & (s < 3.0 * l)
             k = np.pi / l / c  # the traction has the period 2 l in seconds
             phase = k * (s - l) + np.pi
-            return np.where(inside, A * np.sin(phase), 0.0), np.where(inside, -A / k * (1.0 + np.cos(phase)), 0.0)
+            return np.where(inside, A * np.sin(phase), 0.0), np.where(
+                inside, -A / k * (1.0 + np.cos(phase)), 0.0
+            )
 
         (sigma_in, phi_in), (sigma_out, phi_out) = wave(c * t + X), wave(c * t - X)
         return {
@@ -137,8 +149,8 @@ class BarDynamicTraction(Problem):
     def simple_wave(self, X: np.ndarray, t: float, material: Material) -> Fields:
         """Characteristics ``X = l - c(F_b(s)) (t - s)`` carry the stretch F_b that the traction set at time s.
 
-        ``z = tau/E``, ``F_b = z + sqrt(1 + z^2)``, ``c(F) = sqrt(E (1 + F^-2)/(2 rho))``, ``v = int_1^F c dF``,
-        ``u = u_b(s) + (v - c (F - 1))(t - s)`` with ``u_b(s) = int_0^s v``.
+        ``z = tau/E``, ``F_b = z + sqrt(1 + z^2)``, ``c(F) = sqrt(E (1 + F^-2)/(2 rho))``, ``v =
+        int_1^F c dF``, ``u = u_b(s) + (v - c (F - 1))(t - s)`` with ``u_b(s) = int_0^s v``.
         """
         l, E, rho = self.reference_length, material.lame_parameters()[1] * 2.0, material.density
 

@@ -1,7 +1,8 @@
 """Vibration of an elastic bar with both ends fixed (Wobbes 2020, section 8.1).
 
-``rho u'' = E u_xx`` on (0, l) with ``u(0) = u(l) = 0``, ``u = 0`` and ``u' = v_0 sin(pi X / l)`` at t = 0. With nu = 0
-and the small-strain law the bar is linear at any amplitude, and the solution below is exact.
+``rho u'' = E u_xx`` on (0, l) with ``u(0) = u(l) = 0``, ``u = 0`` and ``u' = v_0 sin(pi X / l)`` at
+t = 0. With nu = 0 and the small-strain law the bar is linear at any amplitude, and the solution
+below is exact.
 """
 
 from dataclasses import dataclass
@@ -38,7 +39,12 @@ class BarFixedEnds(Problem):
 
     def __post_init__(self) -> None:
         v0 = self.velocity_amplitude
-        require(bool(np.isfinite(v0)) and v0 != 0.0, "velocity_amplitude", v0, "a finite number other than 0 [m/s]")
+        require(
+            bool(np.isfinite(v0)) and v0 != 0.0,
+            "velocity_amplitude",
+            v0,
+            "a finite number other than 0 [m/s]",
+        )
         require_option("particle_layout", self.particle_layout, LAYOUTS)
 
     # geometry
@@ -81,7 +87,9 @@ class BarFixedEnds(Problem):
         fields["stress"] = (modulus * amplitude * k * np.cos(k * X) * np.sin(omega * t))[:, :, None]
         return fields
 
-    def temporal_floor(self, dt: float, t: float, X: np.ndarray, material: Material) -> float | None:
+    def temporal_floor(
+        self, dt: float, t: float, X: np.ndarray, material: Material
+    ) -> float | None:
         """Error of the leapfrog scheme on this mode: ``sin(Omega dt/2) = omega dt/2``, amplitude as below."""
         if not isinstance(material, SmallStrainElastic):
             return None
@@ -100,4 +108,6 @@ class BarFixedEnds(Problem):
         return lame + 2.0 * shear
 
     def _frequency(self, material: Material) -> float:
-        return float(np.pi / self.reference_length * np.sqrt(self._modulus(material) / material.density))
+        return float(
+            np.pi / self.reference_length * np.sqrt(self._modulus(material) / material.density)
+        )

@@ -1,8 +1,9 @@
 """Cantilever that falls under suddenly applied gravity: large rotations in plane strain, a standard dynamic test.
 
-A 4 x 1 m beam of neo-Hookean material is clamped at its left end; gravity acts from t = 0. The vertical displacement of
-its lower right corner has a first minimum of -3.304 m at 1.0475 s and, after 2 s, a maximum of +0.042 m at 2.635 s:
-quadratic total-Lagrangian finite elements on 24 x 6 cells with a time step of 2.5 ms.
+A 4 x 1 m beam of neo-Hookean material is clamped at its left end; gravity acts from t = 0. The
+vertical displacement of its lower right corner has a first minimum of -3.304 m at 1.0475 s and,
+after 2 s, a maximum of +0.042 m at 2.635 s: quadratic total-Lagrangian finite elements on 24 x 6
+cells with a time step of 2.5 ms.
 """
 
 from dataclasses import dataclass
@@ -22,7 +23,12 @@ from mpmbench.problems import Problem
 
 FIRST_MINIMUM, TIME_OF_MINIMUM = -3.304, 1.0475  # [m], [s]
 LATE_MAXIMUM, TIME_OF_MAXIMUM = 0.042, 2.635  # [m], [s]
-ROOM = (4.0, 1.0, 5.0, 2.0)  # [m] of grid left and right of, below and above the beam, for methods whose nodes stay
+ROOM = (
+    4.0,
+    1.0,
+    5.0,
+    2.0,
+)  # [m] of grid left and right of, below and above the beam, for methods whose nodes stay
 
 
 @register("problem", "cantilever_dynamic")
@@ -35,7 +41,8 @@ class CantileverDynamic(Problem):
     gravity : float
         Weight per unit mass g [m/s^2].
     initial_acceleration : {"zero", "gravity"}
-        Acceleration of the particles at t = 0: Newmark's method rings for ever after it, and remembers it.
+        Acceleration of the particles at t = 0: Newmark's method rings for ever after it, and
+        remembers it.
     particle_layout : {"gauss", "midpoint"}
     """
 
@@ -48,14 +55,26 @@ class CantileverDynamic(Problem):
     samples: ClassVar[int] = 1200
 
     def __post_init__(self) -> None:
-        require(0.0 < self.gravity < 1e4, "gravity", self.gravity, "a positive number [m/s2], less than 10000")
+        require(
+            0.0 < self.gravity < 1e4,
+            "gravity",
+            self.gravity,
+            "a positive number [m/s2], less than 10000",
+        )
         require_option("initial_acceleration", self.initial_acceleration, ("zero", "gravity"))
         require_option("particle_layout", self.particle_layout, LAYOUTS)
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
-        require(resolution % 4 == 0, "resolution", resolution, "a multiple of 4 (whole cells over a height of 1 m)")
+        require(
+            resolution % 4 == 0,
+            "resolution",
+            resolution,
+            "a multiple of 4 (whole cells over a height of 1 m)",
+        )
         if choices.time == "static":
-            raise NotApplicable("cantilever_dynamic is a dynamic problem: it needs method.time=newmark or explicit")
+            raise NotApplicable(
+                "cantilever_dynamic is a dynamic problem: it needs method.time=newmark or explicit"
+            )
         if basis == "bspline" and not (choices.moving or choices.frozen):
             raise NotApplicable(
                 "the clamp of cantilever_dynamic lies inside the background grid, where basis=bspline does not "
@@ -109,7 +128,10 @@ class CantileverDynamic(Problem):
         return {"tip_displacement": state.particles.x[-1] - state.particles.X[-1]}
 
     def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
-        time, tip = np.array(solution.history["time"]), np.array(solution.history["tip_displacement"])[:, 1]
+        time, tip = (
+            np.array(solution.history["time"]),
+            np.array(solution.history["tip_displacement"])[:, 1],
+        )
         out: dict[str, tuple[Any, str, str]] = {
             "tip_displacement": (tip, "m", "vertical displacement of the lower right corner")
         }
@@ -117,8 +139,16 @@ class CantileverDynamic(Problem):
             i = int(np.argmin(np.where(time < 1.5, tip, np.inf)))
             out["first_minimum"] = (tip[i], "m", "first minimum of tip_displacement")
             out["time_of_first_minimum"] = (time[i], "s", "time of the first minimum")
-            out["error_first_minimum"] = (abs(tip[i] / FIRST_MINIMUM - 1.0), "1", "relative error of the first minimum")
-            out["lag_of_first_minimum"] = (time[i] - TIME_OF_MINIMUM, "s", "delay of the first minimum")
+            out["error_first_minimum"] = (
+                abs(tip[i] / FIRST_MINIMUM - 1.0),
+                "1",
+                "relative error of the first minimum",
+            )
+            out["lag_of_first_minimum"] = (
+                time[i] - TIME_OF_MINIMUM,
+                "s",
+                "delay of the first minimum",
+            )
         if time[-1] > 2.9:
             i = int(np.argmax(np.where(time > 2.0, tip, -np.inf)))
             out["late_maximum"] = (tip[i], "m", "maximum of tip_displacement after 2 s")

@@ -1,8 +1,9 @@
 """Cantilever under its own weight, large static deflection in plane strain (Iaconeta 2017, section 5.1).
 
-An 8 x 1 m beam of neo-Hookean material is clamped at its left end; gravity is applied in `load_steps` equal steps, with
-time from 0 to 1 as the load factor. The deflection at mid-height of the free end, A = (8, 0.5) m, is compared with the
-converged value -0.67436 m (Richardson extrapolation of UL-FEM), not with the linear -0.67806 m of Eq. 62.
+An 8 x 1 m beam of neo-Hookean material is clamped at its left end; gravity is applied in
+`load_steps` equal steps, with time from 0 to 1 as the load factor. The deflection at mid-height of
+the free end, A = (8, 0.5) m, is compared with the converged value -0.67436 m (Richardson
+extrapolation of UL-FEM), not with the linear -0.67806 m of Eq. 62.
 """
 
 from collections.abc import Callable
@@ -22,7 +23,10 @@ from mpmbench.core.state import Loads, State
 from mpmbench.problems import Problem
 
 CONVERGED_DEFLECTION = -0.67436  # [m]
-ROOM_BELOW, ROOM_BEYOND = 1.5, 0.5  # [m] of grid below the beam and beyond its end, for methods whose nodes stay
+ROOM_BELOW, ROOM_BEYOND = (
+    1.5,
+    0.5,
+)  # [m] of grid below the beam and beyond its end, for methods whose nodes stay
 
 
 @register("problem", "cantilever_self_weight")
@@ -48,14 +52,31 @@ class CantileverSelfWeight(Problem):
     height: ClassVar[float] = 1.0
 
     def __post_init__(self) -> None:
-        require(0.0 < self.gravity < 1e4, "gravity", self.gravity, "a positive number [m/s2], less than 10000")
-        require(1 <= self.load_steps <= 10000, "load_steps", self.load_steps, "a whole number from 1 to 10000")
+        require(
+            0.0 < self.gravity < 1e4,
+            "gravity",
+            self.gravity,
+            "a positive number [m/s2], less than 10000",
+        )
+        require(
+            1 <= self.load_steps <= 10000,
+            "load_steps",
+            self.load_steps,
+            "a whole number from 1 to 10000",
+        )
         require_option("particle_layout", self.particle_layout, LAYOUTS)
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
-        require(resolution % 8 == 0, "resolution", resolution, "a multiple of 8 (whole cells over a height of 1 m)")
+        require(
+            resolution % 8 == 0,
+            "resolution",
+            resolution,
+            "a multiple of 8 (whole cells over a height of 1 m)",
+        )
         if choices.time != "static":
-            raise NotApplicable("cantilever_self_weight is a static problem: it needs method.time=static")
+            raise NotApplicable(
+                "cantilever_self_weight is a static problem: it needs method.time=static"
+            )
 
     # geometry
 
@@ -105,7 +126,19 @@ class CantileverSelfWeight(Problem):
         near = float(np.mean((last - first)[order[:2], 1]))
         error = abs(deflection / CONVERGED_DEFLECTION - 1.0)
         return {
-            "tip_deflection": (deflection, "m", "deflection of the tracked point at mid-height of the free end"),
-            "tip_deflection_of_particles": (near, "m", "mean deflection of the two particles nearest to that point"),
-            "error_tip": (error, "1", "relative error of tip_deflection against the converged value"),
+            "tip_deflection": (
+                deflection,
+                "m",
+                "deflection of the tracked point at mid-height of the free end",
+            ),
+            "tip_deflection_of_particles": (
+                near,
+                "m",
+                "mean deflection of the two particles nearest to that point",
+            ),
+            "error_tip": (
+                error,
+                "1",
+                "relative error of tip_deflection against the converged value",
+            ),
         }

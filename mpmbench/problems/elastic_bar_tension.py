@@ -1,7 +1,8 @@
 """Elastic bar whose free end is pulled by an initial velocity (Li 2009, section 4.2.2; Dyka and Ingel 1995).
 
-``rho u'' = E u_xx`` on (0, l) with ``u(0) = 0`` and a free end at l; at t = 0 the right quarter moves with v_0. The
-wave speed of the thesis, 5053 m/s, is ``sqrt(E / rho)``: uniaxial stress, here a law with modulus E in 1D (nu = 0).
+``rho u'' = E u_xx`` on (0, l) with ``u(0) = 0`` and a free end at l; at t = 0 the right quarter
+moves with v_0. The wave speed of the thesis, 5053 m/s, is ``sqrt(E / rho)``: uniaxial stress, here
+a law with modulus E in 1D (nu = 0).
 """
 
 from dataclasses import dataclass
@@ -37,8 +38,8 @@ class ElasticBarTension(Problem):
     irregularity : float
         Nodes are displaced at random by up to this share of their spacing; the ends stay.
     particle_layout : {"midpoint", "nodes"}
-        Midpoints of equal parts of the segments between nodes, or the nodes themselves (nodal integration, SPH),
-        whatever the number of particles per cell.
+        Midpoints of equal parts of the segments between nodes, or the nodes themselves (nodal
+        integration, SPH), whatever the number of particles per cell.
     random_seed : int
         Of the irregular nodes.
     """
@@ -53,20 +54,36 @@ class ElasticBarTension(Problem):
 
     def __post_init__(self) -> None:
         v0 = self.end_velocity
-        require(bool(np.isfinite(v0)) and v0 != 0.0, "end_velocity", v0, "a finite number other than 0 [m/s]")
-        require(0.0 <= self.irregularity <= 0.4, "irregularity", self.irregularity, "a number from 0 to 0.4")
+        require(
+            bool(np.isfinite(v0)) and v0 != 0.0,
+            "end_velocity",
+            v0,
+            "a finite number other than 0 [m/s]",
+        )
+        require(
+            0.0 <= self.irregularity <= 0.4,
+            "irregularity",
+            self.irregularity,
+            "a number from 0 to 0.4",
+        )
         require_option("particle_layout", self.particle_layout, ("midpoint", "nodes"))
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         if choices.time == "sph" and self.particle_layout != "nodes":
-            raise NotApplicable("method=sph has no nodes of its own: set problem.particle_layout=nodes")
+            raise NotApplicable(
+                "method=sph has no nodes of its own: set problem.particle_layout=nodes"
+            )
         if self.irregularity > 0.0 and not (choices.moving or choices.frozen):
-            raise NotApplicable("irregular nodes are for methods whose nodes move with the material")
+            raise NotApplicable(
+                "irregular nodes are for methods whose nodes move with the material"
+            )
 
     # geometry
 
     def _cloud(self, resolution: int) -> Cloud:
-        return irregular_line(self.reference_length, resolution, self.irregularity, self.random_seed)
+        return irregular_line(
+            self.reference_length, resolution, self.irregularity, self.random_seed
+        )
 
     def nodes(self, resolution: int, choices: Choices) -> Geometry:
         """The bar; methods with fixed nodes have two empty cells beyond the free end."""
@@ -115,7 +132,9 @@ class ElasticBarTension(Problem):
 
         def velocity(s: np.ndarray) -> np.ndarray:
             place = np.mod(s, 4.0 * l)
-            return v0 * ((np.abs(place - l) < free * l) * 1.0 - (np.abs(place - 3.0 * l) < free * l))
+            return v0 * (
+                (np.abs(place - l) < free * l) * 1.0 - (np.abs(place - 3.0 * l) < free * l)
+            )
 
         def primitive(s: np.ndarray) -> np.ndarray:
             place = np.mod(s, 4.0 * l)
@@ -139,35 +158,70 @@ class ElasticBarTension(Problem):
         p = state.particles
         tip = len(p.x) - 1  # the tracer
         displacement = float(p.x[tip, 0] - p.X[tip, 0])
-        amplitude = abs(self.end_velocity) * (1.0 - LOADED) * self.reference_length / self.wave_speed(state.material)
+        amplitude = (
+            abs(self.end_velocity)
+            * (1.0 - LOADED)
+            * self.reference_length
+            / self.wave_speed(state.material)
+        )
         if abs(displacement) > LOST * amplitude:
             raise Diverged(
                 f"the free end is displaced by {displacement:.3g} m, {LOST:g} times what the exact bar allows"
             )
         energy = total_energy(state)
-        return {"tip_displacement": displacement, "tip_velocity": float(p.v[tip, 0]), "total_energy": energy}
+        return {
+            "tip_displacement": displacement,
+            "tip_velocity": float(p.v[tip, 0]),
+            "total_energy": energy,
+        }
 
     def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
         history = {name: np.array(values) for name, values in solution.history.items()}
-        t, u, v, energy = (history[k] for k in ("time", "tip_displacement", "tip_velocity", "total_energy"))
+        t, u, v, energy = (
+            history[k] for k in ("time", "tip_displacement", "tip_velocity", "total_energy")
+        )
         tip, lag = np.array([[self.reference_length]]), 0.5 * solution.time_step
         exact = np.array([self._linear(tip, time, material)["displacement"][0, 0] for time in t])
-        exact_v = np.array([self._linear(tip, max(time - lag, 0.0), material)["velocity"][0, 0] for time in t])
+        exact_v = np.array(
+            [self._linear(tip, max(time - lag, 0.0), material)["velocity"][0, 0] for time in t]
+        )
         series = {
             "tip_displacement": (u, "m", "displacement of the free end"),
-            "tip_displacement_exact": (exact, "m", "exact displacement of the free end, small strains"),
+            "tip_displacement_exact": (
+                exact,
+                "m",
+                "exact displacement of the free end, small strains",
+            ),
             "tip_velocity": (v, "m s-1", "velocity of the free end"),
-            "tip_velocity_exact": (exact_v, "m s-1", "exact velocity of the free end, small strains"),
-            "total_energy": (energy, "J", "kinetic and strain energy, of the nodes where these move"),
+            "tip_velocity_exact": (
+                exact_v,
+                "m s-1",
+                "exact velocity of the free end, small strains",
+            ),
+            "total_energy": (
+                energy,
+                "J",
+                "kinetic and strain energy, of the nodes where these move",
+            ),
         }
         if solution.status != "ok":
             return series
-        first = t <= 4.0 * self.reference_length / self.wave_speed(material)  # later periods add up dispersion
+        first = t <= 4.0 * self.reference_length / self.wave_speed(
+            material
+        )  # later periods add up dispersion
         error = float(np.sqrt(np.sum((u - exact) ** 2) / np.sum(exact**2)))
         drift = float(np.abs(energy / energy[0] - 1.0).max())
         return series | {
-            "tip_displacement_max": (float(u[first].max()), "m", "largest displacement of the free end, first period"),
-            "tip_displacement_min": (float(u[first].min()), "m", "smallest displacement of the free end, first period"),
+            "tip_displacement_max": (
+                float(u[first].max()),
+                "m",
+                "largest displacement of the free end, first period",
+            ),
+            "tip_displacement_min": (
+                float(u[first].min()),
+                "m",
+                "smallest displacement of the free end, first period",
+            ),
             "tip_displacement_error": (
                 error,
                 "1",
@@ -175,15 +229,20 @@ class ElasticBarTension(Problem):
             ),
             "tip_velocity_max": (float(np.abs(v).max()), "m s-1", "largest speed of the free end"),
             "total_energy_drift": (drift, "1", "largest relative change of the total energy"),
-            "total_energy_end": (float(energy[-1] / energy[0]), "1", "total energy at the end over that at the start"),
+            "total_energy_end": (
+                float(energy[-1] / energy[0]),
+                "1",
+                "total energy at the end over that at the start",
+            ),
         }
 
 
 def total_energy(s: State) -> float:
     """Strain and kinetic energy [J] at the same instant; the kinetic one of the nodes, where these move.
 
-    Nodal velocities live half a step earlier and are brought forward by half of ``dt a``. Before the first step they
-    are the projection of the particles' velocities, unless the nodes keep their own.
+    Nodal velocities live half a step earlier and are brought forward by half of ``dt a``. Before
+    the first step they are the projection of the particles' velocities, unless the nodes keep their
+    own.
     """
     p, n = s.particles, s.nodes
     strain = float(strain_energy(s.law, s.axes, p.F, p.state, p.V0))

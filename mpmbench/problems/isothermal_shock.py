@@ -1,8 +1,9 @@
 """Isothermal plane shock in a viscous fluid, in 1D, along a strip and along a cylinder (Li 2009, section 4.1).
 
-``rho_0 phi'' = sigma_11,X`` with ``sigma_11 = K (J - 1/J) / 2 + (4 eta / 3) J' / J`` has the travelling wave
-``J = (J_a + J_b) / 2 + (J_a - J_b) / 2 tanh((X - C t) / (2 L))`` (Eqs. 4.20-4.23, with + log 2) from J_b behind
-it to J_a ahead, ``C^2 = K (1 + 1 / (J_a J_b)) / (2 rho_0)`` and ``L = 8 eta C J_a J_b / (3 K (J_a - J_b))``.
+``rho_0 phi'' = sigma_11,X`` with ``sigma_11 = K (J - 1/J) / 2 + (4 eta / 3) J' / J`` has the
+travelling wave ``J = (J_a + J_b) / 2 + (J_a - J_b) / 2 tanh((X - C t) / (2 L))`` (Eqs. 4.20-4.23,
+with + log 2) from J_b behind it to J_a ahead, ``C^2 = K (1 + 1 / (J_a J_b)) / (2 rho_0)`` and ``L =
+8 eta C J_a J_b / (3 K (J_a - J_b))``.
 """
 
 from collections.abc import Callable
@@ -20,12 +21,23 @@ from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.registry import register
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import Loads, State
-from mpmbench.core.triangulate import barycentres, disc, extruded, jittered, nodal_volumes, seed_segments, triangulation
+from mpmbench.core.triangulate import (
+    barycentres,
+    disc,
+    extruded,
+    jittered,
+    nodal_volumes,
+    seed_segments,
+    triangulation,
+)
 from mpmbench.problems import Fields, Problem
 
 WIDTH = 4  # cells across the strip, and along the radius of the cylinder
 LAYOUTS = ("auto", "midpoint", "barycentre", "nodes")
-COURANT, VISCOUS = 0.2, 0.7  # fractions of h / C and rho_0 h^2 / eta, with the smallest current spacing h
+COURANT, VISCOUS = (
+    0.2,
+    0.7,
+)  # fractions of h / C and rho_0 h^2 / eta, with the smallest current spacing h
 CONSISTENT = 1.0 / 3.0  # share of that step with a consistent mass: that of linear functions
 
 
@@ -45,8 +57,8 @@ class IsothermalShock(Problem):
     irregularity : float
         Nodes are displaced at random by up to this share of their spacing; the ends stay.
     particle_layout : {"auto", "midpoint", "barycentre", "nodes"}
-        Midpoints of sub-cells (auto in 1D), barycentres of a triangulation (auto in 2D and 3D), or the nodes, whatever
-        the number of particles per cell.
+        Midpoints of sub-cells (auto in 1D), barycentres of a triangulation (auto in 2D and 3D), or
+        the nodes, whatever the number of particles per cell.
     random_seed : int
         Of the irregular nodes.
     """
@@ -65,11 +77,26 @@ class IsothermalShock(Problem):
         require(0.0 < self.length < np.inf, "length", self.length, "a positive length [m]")
         ahead, behind = self.jacobian_ahead, self.jacobian_behind
         require(0.0 < ahead <= 10.0, "jacobian_ahead", ahead, "a positive number, at most 10")
-        require(0.0 < behind < ahead, "jacobian_behind", behind, "a positive number less than jacobian_ahead")
-        require(0.0 <= self.irregularity <= 0.4, "irregularity", self.irregularity, "a number from 0 to 0.4")
+        require(
+            0.0 < behind < ahead,
+            "jacobian_behind",
+            behind,
+            "a positive number less than jacobian_ahead",
+        )
+        require(
+            0.0 <= self.irregularity <= 0.4,
+            "irregularity",
+            self.irregularity,
+            "a number from 0 to 0.4",
+        )
         require_option("particle_layout", self.particle_layout, LAYOUTS)
         if self.dimension == 3:
-            require(self.particle_layout != "midpoint", "particle_layout", "midpoint", "barycentre or nodes in 3D")
+            require(
+                self.particle_layout != "midpoint",
+                "particle_layout",
+                "midpoint",
+                "barycentre or nodes in 3D",
+            )
 
     @property
     def reference_length(self) -> float:  # type: ignore[override]
@@ -79,17 +106,23 @@ class IsothermalShock(Problem):
         if not isinstance(material, NewtonianFluid):
             raise NotApplicable("the shock is an exact solution for material=newtonian_fluid")
         if not (choices.moving or choices.frozen):
-            raise NotApplicable("the end that drives the shock moves: method.nodes=moving is needed")
+            raise NotApplicable(
+                "the end that drives the shock moves: method.nodes=moving is needed"
+            )
         if choices.time not in ("explicit", "sph"):
             raise NotApplicable(
                 f"method.time={choices.time}: the tangent of a viscous fluid is not there, only explicit is"
             )
         if choices.time == "sph" and self.particle_layout != "nodes":
-            raise NotApplicable("method=sph has no nodes of its own: set problem.particle_layout=nodes")
+            raise NotApplicable(
+                "method=sph has no nodes of its own: set problem.particle_layout=nodes"
+            )
 
     def check_particles(self, particles_per_cell: int) -> None:
         if self._layout == "barycentre":
-            allowed = "1, as problem.particle_layout=barycentre puts one particle into each simplex,"
+            allowed = (
+                "1, as problem.particle_layout=barycentre puts one particle into each simplex,"
+            )
             require(particles_per_cell == 1, "particles_per_cell", particles_per_cell, allowed)
         elif self._layout == "midpoint":
             super().check_particles(particles_per_cell)
@@ -114,7 +147,9 @@ class IsothermalShock(Problem):
             regular = Cloud(box.nodes(), triangulation(box.nodes(), float(np.prod(box.upper))), h)
         if self.irregularity == 0.0:
             return regular
-        nodes = jittered(regular.nodes, h, self.irregularity, self.fixed(regular.nodes), self.random_seed)
+        nodes = jittered(
+            regular.nodes, h, self.irregularity, self.fixed(regular.nodes), self.random_seed
+        )
         if self.dimension == 3:
             return Cloud(nodes, regular.simplices, h)
         return Cloud(nodes, triangulation(nodes, float(np.prod(self._box(resolution).upper))), h)
@@ -135,7 +170,9 @@ class IsothermalShock(Problem):
                 return seed_segments(self._cloud(resolution), particles_per_cell)
             return seed_cells(self._box(resolution), particles_per_cell)
         cloud = self._cloud(resolution)
-        return (cloud.nodes, nodal_volumes(cloud)) if self._layout == "nodes" else barycentres(cloud)
+        return (
+            (cloud.nodes, nodal_volumes(cloud)) if self._layout == "nodes" else barycentres(cloud)
+        )
 
     # initial and boundary conditions
 
@@ -168,7 +205,9 @@ class IsothermalShock(Problem):
     def start(self, state: State, dt: float) -> None:
         """The exact velocity at -dt/2, where that of the leapfrog scheme lives."""
         for v, X in ((state.nodes.v, state.initial_nodes), (state.particles.v, state.particles.X)):
-            early, late = (self.wave(X[:, 0], t, state.material)["velocity"] for t in (-0.5 * dt, 0.0))
+            early, late = (
+                self.wave(X[:, 0], t, state.material)["velocity"] for t in (-0.5 * dt, 0.0)
+            )
             v[:, 0] += early - late
 
     def loads(self, material: Material) -> Loads:
@@ -181,7 +220,8 @@ class IsothermalShock(Problem):
     def adaptive_step(self, state: State) -> Callable[[State], float] | None:
         """Eq. 4.26 with the smallest current spacing, and a third of it with a consistent mass.
 
-        Half of it would do for 100 cells; with 200 a zigzag grows before the compression has shortened the steps.
+        Half of it would do for 100 cells; with 200 a zigzag grows before the compression has
+        shortened the steps.
         """
         fluid = state.material
         assert isinstance(fluid, NewtonianFluid)
@@ -194,7 +234,11 @@ class IsothermalShock(Problem):
 
         def step(s: State) -> float:
             h = h0 * smallest_stretch(s.particles.F)
-            viscous = VISCOUS * fluid.density * h * h / fluid.viscosity if fluid.viscosity > 0.0 else np.inf
+            viscous = (
+                VISCOUS * fluid.density * h * h / fluid.viscosity
+                if fluid.viscosity > 0.0
+                else np.inf
+            )
             return share * min(COURANT * h / C, viscous)
 
         return step
@@ -206,14 +250,22 @@ class IsothermalShock(Problem):
         ahead, behind = self.jacobian_ahead, self.jacobian_behind
         C = np.sqrt(0.5 * fluid.bulk_modulus / fluid.density * (1.0 + 1.0 / (ahead * behind)))
         return float(C), float(
-            8.0 * fluid.viscosity * C * ahead * behind / (3.0 * fluid.bulk_modulus * (ahead - behind))
+            8.0
+            * fluid.viscosity
+            * C
+            * ahead
+            * behind
+            / (3.0 * fluid.bulk_modulus * (ahead - behind))
         )
 
     def wave(self, X: np.ndarray, t: float, material: Material) -> Fields:
         """The wave at X, shape (n,): displacement [m], velocity [m/s], acceleration [m/s2], J and its rate [1/s]."""
         assert isinstance(material, NewtonianFluid)
         C, L = self.speed_and_width(material)
-        mean, jump = 0.5 * (self.jacobian_ahead + self.jacobian_behind), self.jacobian_ahead - self.jacobian_behind
+        mean, jump = (
+            0.5 * (self.jacobian_ahead + self.jacobian_behind),
+            self.jacobian_ahead - self.jacobian_behind,
+        )
         s = (X - C * t) / (2.0 * L)
         J = mean + 0.5 * jump * np.tanh(s)
         slope = 0.5 * jump / np.cosh(np.clip(s, -300.0, 300.0)) ** 2 / (2.0 * L)  # dJ/dX
@@ -244,7 +296,9 @@ class IsothermalShock(Problem):
     def _stress(self, wave: Fields, material: Material) -> np.ndarray:
         assert isinstance(material, NewtonianFluid)
         viscous = 2.0 / 3.0 * material.viscosity * wave["rate"] / wave["jacobian"]
-        sigma = (material.pressure(wave["jacobian"]) - viscous)[:, None, None] * np.eye(self.dimension)
+        sigma = (material.pressure(wave["jacobian"]) - viscous)[:, None, None] * np.eye(
+            self.dimension
+        )
         sigma[:, 0, 0] += 3.0 * viscous
         return sigma
 
@@ -254,11 +308,17 @@ class IsothermalShock(Problem):
         """Norms of Eq. 4.27 over the reference domain, per cross-section; the velocity lives half a step earlier."""
         p, solid = state.particles, state.particles.material
         X, share = p.X[solid, 0], p.V0[solid] * (self.length / p.V0.sum())
-        velocity = self._along(self.wave(X, state.time - 0.5 * state.time_step, state.material)["velocity"])
+        velocity = self._along(
+            self.wave(X, state.time - 0.5 * state.time_step, state.material)["velocity"]
+        )
         density = state.material.density * p.V0[solid] / p.V[solid]
-        exact_density = state.material.density / self.wave(X, state.time, state.material)["jacobian"]
+        exact_density = (
+            state.material.density / self.wave(X, state.time, state.material)["jacobian"]
+        )
         return {
-            "error_velocity_l2": float(np.sqrt(share @ np.sum((p.v[solid] - velocity) ** 2, axis=1))),
+            "error_velocity_l2": float(
+                np.sqrt(share @ np.sum((p.v[solid] - velocity) ** 2, axis=1))
+            ),
             "error_density_l1": float(share @ np.abs(density - exact_density)),
         }
 
@@ -269,7 +329,11 @@ class IsothermalShock(Problem):
             ("error_density_l1", "kg m-2", "L1 norm of the error of the density"),
         ):
             series = np.array(solution.history[name])
-            found[name] = (series, unit, f"{text} over the reference domain, per cross-section (Li 2009, Eq. 4.27)")
+            found[name] = (
+                series,
+                unit,
+                f"{text} over the reference domain, per cross-section (Li 2009, Eq. 4.27)",
+            )
             if solution.status == "ok":
                 found[f"{name}_max"] = (float(series.max()), unit, f"{text}, maximum over time")
         return found

@@ -1,7 +1,7 @@
 """Local max-ent functions on 11 x 11 nodes: values, derivatives, Newton's iteration (Li 2009, section 2.2, Table 2.1).
 
-The nodes fill a square with the spacing h = 1, regular or displaced at random; the functions are evaluated at a grid of
-samples, with the multipliers starting from zero at each.
+The nodes fill a square with the spacing h = 1, regular or displaced at random; the functions are
+evaluated at a grid of samples, with the multipliers starting from zero at each.
 """
 
 from dataclasses import dataclass
@@ -29,13 +29,16 @@ class ShapeFunctions(Problem):
     Parameters
     ----------
     irregularity : float
-        Nodes are displaced at random by up to this share of their spacing; those on the boundary stay on it.
+        Nodes are displaced at random by up to this share of their spacing; those on the boundary
+        stay on it.
     samples_per_axis : int
         The functions are evaluated at a square of so many points a side.
     margin : float
-        Distance of the outermost samples from the boundary [m]; the spacing of the nodes is 1 m for resolution 10.
+        Distance of the outermost samples from the boundary [m]; the spacing of the nodes is 1 m for
+        resolution 10.
     metric_stretch : float
-        Samples carry the deformation gradient diag(s, 1/s), which a convected locality takes for its metric.
+        Samples carry the deformation gradient diag(s, 1/s), which a convected locality takes for
+        its metric.
     random_seed : int
         Of the irregular nodes.
     """
@@ -49,17 +52,36 @@ class ShapeFunctions(Problem):
     reference_length: ClassVar[float] = 10.0
 
     def __post_init__(self) -> None:
-        require(0.0 <= self.irregularity <= 0.4, "irregularity", self.irregularity, "a number from 0 to 0.4")
+        require(
+            0.0 <= self.irregularity <= 0.4,
+            "irregularity",
+            self.irregularity,
+            "a number from 0 to 0.4",
+        )
         n, margin = self.samples_per_axis, self.margin
         require(2 <= n <= 1000, "samples_per_axis", n, "a whole number from 2 to 1000")
-        require(0.0 <= margin < 0.5 * self.reference_length, "margin", margin, "a length from 0 to less than 5 [m]")
-        require(0.1 <= self.metric_stretch <= 10.0, "metric_stretch", self.metric_stretch, "a number from 0.1 to 10")
+        require(
+            0.0 <= margin < 0.5 * self.reference_length,
+            "margin",
+            margin,
+            "a length from 0 to less than 5 [m]",
+        )
+        require(
+            0.1 <= self.metric_stretch <= 10.0,
+            "metric_stretch",
+            self.metric_stretch,
+            "a number from 0.1 to 10",
+        )
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         if basis not in ("lme", "maxent"):
-            raise NotApplicable(f"basis={basis} has no multipliers to iterate for: lme and maxent have")
+            raise NotApplicable(
+                f"basis={basis} has no multipliers to iterate for: lme and maxent have"
+            )
         if choices.time != "evaluate":
-            raise NotApplicable(f"method={choices.name} moves particles: the study of functions needs method=evaluate")
+            raise NotApplicable(
+                f"method={choices.name} moves particles: the study of functions needs method=evaluate"
+            )
 
     # geometry
 
@@ -67,7 +89,9 @@ class ShapeFunctions(Problem):
         l, h = self.reference_length, self.reference_length / resolution
         regular = Box((0.0, 0.0), (l, l), (resolution, resolution)).nodes()
         on_boundary = (regular < 1e-9 * l) | (regular > (1.0 - 1e-9) * l)
-        return Cloud(jittered(regular, h, self.irregularity, on_boundary, self.random_seed), spacing=h)
+        return Cloud(
+            jittered(regular, h, self.irregularity, on_boundary, self.random_seed), spacing=h
+        )
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
         line = np.linspace(self.margin, self.reference_length - self.margin, self.samples_per_axis)
@@ -90,7 +114,10 @@ class ShapeFunctions(Problem):
         basis, x = state.basis, state.particles.x
         steps = basis.newton_steps(x)  # type: ignore[attr-defined]
         shown = self.shown(basis.nodes)
-        phi, gradient = np.full((len(x), len(shown)), np.nan), np.full((len(x), len(shown), 2), np.nan)
+        phi, gradient = (
+            np.full((len(x), len(shown)), np.nan),
+            np.full((len(x), len(shown), 2), np.nan),
+        )
         completeness = np.full(len(x), np.nan)
         good = np.flatnonzero(steps >= 0)
         try:
@@ -99,7 +126,10 @@ class ShapeFunctions(Problem):
             good = good[:0]
         if len(good):
             values = stored.matrix(len(basis.nodes))
-            phi[good], gradient[good] = values[:, shown], stored.gradient_matrix(len(basis.nodes))[:, shown]
+            phi[good], gradient[good] = (
+                values[:, shown],
+                stored.gradient_matrix(len(basis.nodes))[:, shown],
+            )
             completeness[good] = np.linalg.norm(values @ basis.nodes - x[good], axis=1)
         return {
             "newton_steps": steps,
@@ -115,19 +145,37 @@ class ShapeFunctions(Problem):
         mean = float(steps[converged].mean()) if converged.any() else np.nan
         failed = int(np.count_nonzero(~converged))
         return {
-            "newton_steps_mean": (mean, "1", "Newton steps until the tolerance is met, mean over converged samples"),
+            "newton_steps_mean": (
+                mean,
+                "1",
+                "Newton steps until the tolerance is met, mean over converged samples",
+            ),
             "newton_steps_max": (int(steps.max()), "1", "most Newton steps at one sample"),
             "newton_failures": (failed, "1", "samples where Newton's iteration fails"),
-            "newton_failures_share": (failed / len(steps), "1", "share of samples where Newton's iteration fails"),
+            "newton_failures_share": (
+                failed / len(steps),
+                "1",
+                "share of samples where Newton's iteration fails",
+            ),
             "newton_steps": (steps, "1", "Newton steps, -1 where they fail", ("particle",)),
-            "shape_function": (found["shape_function"], "1", "functions of some nodes", ("particle", "shown")),
+            "shape_function": (
+                found["shape_function"],
+                "1",
+                "functions of some nodes",
+                ("particle", "shown"),
+            ),
             "shape_function_gradient": (
                 found["shape_function_gradient"],
                 "m-1",
                 "gradients of these functions",
                 ("particle", "shown", "dim"),
             ),
-            "shown_nodes": (found["shown_nodes"], "m", "positions of these nodes", ("shown", "dim")),
+            "shown_nodes": (
+                found["shown_nodes"],
+                "m",
+                "positions of these nodes",
+                ("shown", "dim"),
+            ),
             "error_completeness": (
                 float(np.nanmax(found["completeness"], initial=0.0)),
                 "m",

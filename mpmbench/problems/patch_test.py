@@ -1,8 +1,8 @@
 """Patch test on an irregular set of nodes: a linear displacement at the boundary must continue inside.
 
-The unit square of a homogeneous material is deformed by ``u = t A X`` at its boundary nodes. Finite elements reproduce
-it exactly. Functions that are no polynomials on the cells of the quadrature do not: the error is that of integration,
-because every basis here can represent the solution.
+The unit square of a homogeneous material is deformed by ``u = t A X`` at its boundary nodes. Finite
+elements reproduce it exactly. Functions that are no polynomials on the cells of the quadrature do
+not: the error is that of integration, because every basis here can represent the solution.
 """
 
 import math
@@ -46,17 +46,31 @@ class PatchTest(Problem):
     reference_length: ClassVar[float] = 1.0
 
     def __post_init__(self) -> None:
-        require(0.0 < abs(self.strain) <= 0.5, "strain", self.strain, "a number from -0.5 to 0.5 other than 0")
+        require(
+            0.0 < abs(self.strain) <= 0.5,
+            "strain",
+            self.strain,
+            "a number from -0.5 to 0.5 other than 0",
+        )
         require(0.0 <= self.jitter < 0.5, "jitter", self.jitter, "a number from 0 to less than 0.5")
-        require(self.jitter_seed >= 0, "jitter_seed", self.jitter_seed, "a whole number of at least 0")
+        require(
+            self.jitter_seed >= 0, "jitter_seed", self.jitter_seed, "a whole number of at least 0"
+        )
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         require(resolution >= 2, "resolution", resolution, "a whole number of at least 2")
         if choices.time != "static" or not choices.moving:
-            raise NotApplicable("patch_test is a static test of nodes in the body: it needs method=fem or gmm")
+            raise NotApplicable(
+                "patch_test is a static test of nodes in the body: it needs method=fem or gmm"
+            )
 
     def check_particles(self, particles_per_cell: int) -> None:
-        require(particles_per_cell in (1, 3), "particles_per_cell", particles_per_cell, "1 or 3 (points per triangle)")
+        require(
+            particles_per_cell in (1, 3),
+            "particles_per_cell",
+            particles_per_cell,
+            "1 or 3 (points per triangle)",
+        )
 
     # geometry
 

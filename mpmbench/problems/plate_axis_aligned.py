@@ -1,7 +1,8 @@
 """Neo-Hookean plate in axis-aligned motion, a manufactured solution (Wobbes 2020, section 8.3).
 
-``u_i = A sin(2 pi X_i / l) s_i(t)`` with ``s_1 = sin(c pi t / l) = -s_2`` on the unit square in plane strain; the body
-force makes it a solution of the momentum balance. Rollers on all sides: clamping, as the paper says, gives 37 % error.
+``u_i = A sin(2 pi X_i / l) s_i(t)`` with ``s_1 = sin(c pi t / l) = -s_2`` on the unit square in
+plane strain; the body force makes it a solution of the momentum balance. Rollers on all sides:
+clamping, as the paper says, gives 37 % error.
 """
 
 from dataclasses import dataclass
@@ -31,7 +32,8 @@ class PlateAxisAligned(Problem):
     displacement_amplitude : float
         A [m]; 0.005 in the paper, 0.05 for large strain.
     body_force : bool
-        Whether the manufactured body force acts; without it the plate vibrates freely (for timings only).
+        Whether the manufactured body force acts; without it the plate vibrates freely (for timings
+        only).
     particle_layout : {"midpoint", "gauss"}
     """
 
@@ -44,12 +46,19 @@ class PlateAxisAligned(Problem):
     def __post_init__(self) -> None:
         A = self.displacement_amplitude
         limit = self.reference_length / (2.0 * np.pi)
-        require(0.0 < abs(A) < limit, "displacement_amplitude", A, f"a number other than 0 and below {limit:.4f} [m]")
+        require(
+            0.0 < abs(A) < limit,
+            "displacement_amplitude",
+            A,
+            f"a number other than 0 and below {limit:.4f} [m]",
+        )
         require_option("particle_layout", self.particle_layout, LAYOUTS)
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         if self.body_force and not isinstance(material, NeoHookean):
-            raise NotApplicable("the body force of plate_axis_aligned is made for material=neo_hookean")
+            raise NotApplicable(
+                "the body force of plate_axis_aligned is made for material=neo_hookean"
+            )
 
     # geometry
 
@@ -80,7 +89,17 @@ class PlateAxisAligned(Problem):
         omega = self._frequency(material)
 
         def body_force(X: np.ndarray, t: float, b: np.ndarray) -> None:
-            manufactured_force(X, A, l, float(np.sin(omega * t)), rho, lame, shear, (rho * (omega * l / np.pi) ** 2), b)
+            manufactured_force(
+                X,
+                A,
+                l,
+                float(np.sin(omega * t)),
+                rho,
+                lame,
+                shear,
+                (rho * (omega * l / np.pi) ** 2),
+                b,
+            )
 
         return Loads(body_force=body_force)
 
@@ -91,7 +110,11 @@ class PlateAxisAligned(Problem):
         if not isinstance(material, NeoHookean) or not self.body_force:
             return {}
         lame, shear = material.lame_parameters()
-        k, omega, A = 2.0 * np.pi / self.reference_length, self._frequency(material), self.displacement_amplitude
+        k, omega, A = (
+            2.0 * np.pi / self.reference_length,
+            self._frequency(material),
+            self.displacement_amplitude,
+        )
         signs = np.array([1.0, -1.0])
         F = 1.0 + k * A * np.cos(k * X) * np.sin(omega * t) * signs
         J = np.prod(F, axis=1, keepdims=True)

@@ -1,8 +1,8 @@
 """Bar held in a stretched state and disturbed by next to nothing: does it keep still (Li 2009, section 4.2).
 
-``rho_0 u'' = P_X`` with ``P = E ln J`` on a bar of length l, stretched uniformly, with both ends held and a random
-velocity of 1e-10 m/s. The tangent modulus E / J is positive, so that the bar itself is stable at any stretch; whatever
-grows is the tensile instability of the discretisation.
+``rho_0 u'' = P_X`` with ``P = E ln J`` on a bar of length l, stretched uniformly, with both ends
+held and a random velocity of 1e-10 m/s. The tangent modulus E / J is positive, so that the bar
+itself is stable at any stretch; whatever grows is the tensile instability of the discretisation.
 """
 
 from collections.abc import Callable
@@ -39,8 +39,8 @@ class PrestretchedBar(Problem):
     velocity_noise : float
         Amplitude of the random initial velocity [m/s].
     particle_layout : {"midpoint", "nodes"}
-        Midpoints of equal parts of the segments between nodes, or the nodes themselves, whatever the number of
-        particles per cell.
+        Midpoints of equal parts of the segments between nodes, or the nodes themselves, whatever
+        the number of particles per cell.
     random_seed : int
         Of the velocity.
     """
@@ -62,7 +62,9 @@ class PrestretchedBar(Problem):
         if not isinstance(material, ElasticFluid):
             raise NotApplicable("the bar is made for material=elastic_fluid, P = E ln J in 1D")
         if choices.time != "explicit":
-            raise NotApplicable(f"method.time={choices.time}: the initial stress is balanced for explicit methods only")
+            raise NotApplicable(
+                f"method.time={choices.time}: the initial stress is balanced for explicit methods only"
+            )
 
     # geometry
 
@@ -84,7 +86,9 @@ class PrestretchedBar(Problem):
         return (x < tolerance) | (x > x.max() - tolerance)
 
     def velocity(self, X: np.ndarray, material: Material) -> np.ndarray:
-        noise = np.random.default_rng(self.random_seed).uniform(-self.velocity_noise, self.velocity_noise, X.shape)
+        noise = np.random.default_rng(self.random_seed).uniform(
+            -self.velocity_noise, self.velocity_noise, X.shape
+        )
         return np.where(self.fixed(X), 0.0, noise)
 
     def initial_displacement(self, material: Material) -> Callable[[np.ndarray], np.ndarray] | None:
@@ -110,7 +114,11 @@ class PrestretchedBar(Problem):
         """At rest, but for the noise."""
         assert isinstance(material, ElasticFluid)
         stress = np.full((len(X), 1, 1), material.bulk_modulus * np.log(self.stretch))
-        return {"displacement": (self.stretch - 1.0) * X, "velocity": np.zeros_like(X), "stress": stress}
+        return {
+            "displacement": (self.stretch - 1.0) * X,
+            "velocity": np.zeros_like(X),
+            "stress": stress,
+        }
 
     # quantities of interest
 
@@ -125,5 +133,9 @@ class PrestretchedBar(Problem):
         return {
             "disturbance": (disturbance, "m s-1", "root mean square velocity"),
             "growth": (growth, "1", "largest disturbance over the initial one"),
-            "is_stable": (int(solution.status == "ok" and growth < UNSTABLE), "1", f"growth stays below {UNSTABLE:g}"),
+            "is_stable": (
+                int(solution.status == "ok" and growth < UNSTABLE),
+                "1",
+                f"growth stays below {UNSTABLE:g}",
+            ),
         }

@@ -1,9 +1,10 @@
 """A disk that rolls down an inclined plane without slipping (Iaconeta 2017, section 5.2).
 
-The centre of a rigid disk moves along the plane by ``u = (1/2) (2/3) g sin(theta) t^2``: Eq. 64, integrated from rest
-(Eqs. 65 and 66 count the displacement twice). Axes are turned with the plane, which is the row of fixed nodes at
-y = 0; contact is whatever the shape functions make of it. A disk that touches the plane at the start is glued to it and
-hangs, so it starts a little above, falls, and bounces. The paper gives no radius, angle, time step or gap.
+The centre of a rigid disk moves along the plane by ``u = (1/2) (2/3) g sin(theta) t^2``: Eq. 64,
+integrated from rest (Eqs. 65 and 66 count the displacement twice). Axes are turned with the plane,
+which is the row of fixed nodes at y = 0; contact is whatever the shape functions make of it. A disk
+that touches the plane at the start is glued to it and hangs, so it starts a little above, falls,
+and bounces. The paper gives no radius, angle, time step or gap.
 """
 
 import math
@@ -22,7 +23,10 @@ from mpmbench.core.state import Loads, State
 from mpmbench.core.triangulate import seed_triangles
 from mpmbench.problems import Problem
 
-GRID_GAP, CLOUD_GAP = 1.0, 1.5 * math.sqrt(2.0)  # cells between disk and plane: one, or the paper's largest radius
+GRID_GAP, CLOUD_GAP = (
+    1.0,
+    1.5 * math.sqrt(2.0),
+)  # cells between disk and plane: one, or the paper's largest radius
 BEHIND, ABOVE = 2, 6  # cells of grid behind and above the disk
 
 
@@ -40,14 +44,15 @@ class RollingDisk(Problem):
     gravity : float
         Weight per unit mass g [m/s^2].
     gap : float or None
-        Initial distance between disk and plane in cells; None takes one cell for a background grid, and for clouds the
-        largest search radius of the paper. 0 glues the disk to the plane.
+        Initial distance between disk and plane in cells; None takes one cell for a background grid,
+        and for clouds the largest search radius of the paper. 0 glues the disk to the plane.
     travel : float
         Length of plane in front of the disk [m].
     background : {"triangles", "quads"}
         Cells of the background grid; triangles are split squares.
     diagonal : {"falling", "rising", "alternating"}
-        How squares are split, seen in the direction of the motion: with rising diagonals the disk sticks to the plane.
+        How squares are split, seen in the direction of the motion: with rising diagonals the disk
+        sticks to the plane.
     """
 
     radius: float = 0.5
@@ -64,28 +69,54 @@ class RollingDisk(Problem):
 
     def __post_init__(self) -> None:
         require(0.0 < self.radius < 1e3, "radius", self.radius, "a positive number [m]")
-        require(0.0 < self.angle < 90.0, "angle", self.angle, "a number of degrees between 0 and 90")
-        require(0.0 < self.gravity < 1e4, "gravity", self.gravity, "a positive number [m/s2], less than 10000")
         require(
-            self.gap is None or 0.0 <= self.gap <= 100.0, "gap", self.gap, "a number of cells from 0 to 100, or null"
+            0.0 < self.angle < 90.0, "angle", self.angle, "a number of degrees between 0 and 90"
+        )
+        require(
+            0.0 < self.gravity < 1e4,
+            "gravity",
+            self.gravity,
+            "a positive number [m/s2], less than 10000",
+        )
+        require(
+            self.gap is None or 0.0 <= self.gap <= 100.0,
+            "gap",
+            self.gap,
+            "a number of cells from 0 to 100, or null",
         )
         require(0.0 < self.travel < 1e3, "travel", self.travel, "a positive number [m]")
         require_option("background", self.background, ("triangles", "quads"))
         require_option("diagonal", self.diagonal, ("falling", "rising", "alternating"))
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
-        require(resolution % 2 == 0 and resolution >= 4, "resolution", resolution, "an even number, at least 4")
+        require(
+            resolution % 2 == 0 and resolution >= 4,
+            "resolution",
+            resolution,
+            "an even number, at least 4",
+        )
         if choices.time == "static":
-            raise NotApplicable("rolling_disk is a dynamic problem: it needs method.time=newmark or explicit")
+            raise NotApplicable(
+                "rolling_disk is a dynamic problem: it needs method.time=newmark or explicit"
+            )
         if choices.moving and basis in ("linear", "bspline"):
-            raise NotApplicable(f"basis={basis} on moving nodes does not see the plane: contact needs a grid or clouds")
+            raise NotApplicable(
+                f"basis={basis} on moving nodes does not see the plane: contact needs a grid or clouds"
+            )
         if choices.dirichlet != "direct":
-            raise NotApplicable(f"method.dirichlet={choices.dirichlet} holds points of the body, and the plane is none")
+            raise NotApplicable(
+                f"method.dirichlet={choices.dirichlet} holds points of the body, and the plane is none"
+            )
         if choices.frozen:
             raise NotApplicable("method.shape_functions=frozen never lets the disk meet the plane")
 
     def check_particles(self, particles_per_cell: int) -> None:
-        require(particles_per_cell in (1, 3), "particles_per_cell", particles_per_cell, "1 or 3 (points per triangle)")
+        require(
+            particles_per_cell in (1, 3),
+            "particles_per_cell",
+            particles_per_cell,
+            "1 or 3 (points per triangle)",
+        )
 
     # geometry
 
@@ -148,25 +179,52 @@ class RollingDisk(Problem):
         }
 
     def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
-        time, moved = np.array(solution.history["time"]), np.array(solution.history["centre_displacement"])
+        time, moved = (
+            np.array(solution.history["time"]),
+            np.array(solution.history["centre_displacement"]),
+        )
         exact = self.travelled(time)
         error = moved[:, 0] - exact
         out: dict[str, tuple[Any, str, str]] = {
-            "centre_displacement": (moved[:, 0], "m", "displacement of the centre of mass along the plane"),
-            "centre_rise": (moved[:, 1], "m", "displacement of the centre of mass away from the plane"),
-            "centre_displacement_exact": (exact, "m", "displacement of a rigid disk that rolls without slipping"),
-            "lowest_particle": (np.array(solution.history["lowest_particle"]), "m", "height of the lowest particle"),
+            "centre_displacement": (
+                moved[:, 0],
+                "m",
+                "displacement of the centre of mass along the plane",
+            ),
+            "centre_rise": (
+                moved[:, 1],
+                "m",
+                "displacement of the centre of mass away from the plane",
+            ),
+            "centre_displacement_exact": (
+                exact,
+                "m",
+                "displacement of a rigid disk that rolls without slipping",
+            ),
+            "lowest_particle": (
+                np.array(solution.history["lowest_particle"]),
+                "m",
+                "height of the lowest particle",
+            ),
             "error_sum": (
                 float(np.sqrt(np.sum(error**2))),
                 "m",
                 "error of Eq. 67: it grows with the number of samples",
             ),
-            "error_centre_rms": (float(np.sqrt(np.mean(error**2))), "m", "root mean square error of the displacement"),
+            "error_centre_rms": (
+                float(np.sqrt(np.mean(error**2))),
+                "m",
+                "root mean square error of the displacement",
+            ),
         }
         if exact[-1] > 0.0:
             text = "error of the displacement at the end over the exact one"
             out["error_end_relative"] = (float(error[-1] / exact[-1]), "1", text)
-            landed = int(np.argmax(np.diff(moved[:, 1]) > 0.0)) if np.any(np.diff(moved[:, 1]) > 0.0) else 0
+            landed = (
+                int(np.argmax(np.diff(moved[:, 1]) > 0.0))
+                if np.any(np.diff(moved[:, 1]) > 0.0)
+                else 0
+            )
             out["bounce_height"] = (
                 float(moved[landed:, 1].max() - moved[: landed + 1, 1].min()),
                 "m",
@@ -207,12 +265,15 @@ def ring_mesh(radius: float, rings: int) -> tuple[np.ndarray, np.ndarray]:
 def split_squares(along: int, up: int, diagonal: str) -> np.ndarray:
     """Triangles of a grid of squares, each cut along a diagonal; node numbers as in `Box.nodes`, shape (2 cells, 3).
 
-    `diagonal` is ``falling`` (towards positive x), ``rising``, or ``alternating`` as on a chessboard.
+    `diagonal` is ``falling`` (towards positive x), ``rising``, or ``alternating`` as on a
+    chessboard.
     """
     i, j = np.meshgrid(np.arange(along), np.arange(up), indexing="ij")
     corner = (i * (up + 1) + j).ravel()
     right, above, opposite = corner + up + 1, corner + 1, corner + up + 2
     falling = np.stack([corner, right, above, right, opposite, above], axis=1)
     rising = np.stack([corner, right, opposite, corner, opposite, above], axis=1)
-    share = {"falling": np.zeros_like(i), "rising": np.ones_like(i), "alternating": (i + j) % 2}[diagonal]
+    share = {"falling": np.zeros_like(i), "rising": np.ones_like(i), "alternating": (i + j) % 2}[
+        diagonal
+    ]
     return np.where(share.reshape(-1, 1) == 1, rising, falling).reshape(-1, 3)

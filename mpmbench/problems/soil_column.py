@@ -1,8 +1,9 @@
 """Collapse of a cohesive soil column under its own weight, plane strain (Iaconeta 2017, section 5.3; Bui et al. 2008).
 
-A column 4 m wide and 2 m high of Mohr-Coulomb material, with a roller on its left wall and a rough base, is released:
-gravity acts at once. Its right side slumps over the base. Clouds of moving nodes need nodes of the base beyond the
-column too, on which the soil comes to rest; between these, nodes pass through the base unless they are held there.
+A column 4 m wide and 2 m high of Mohr-Coulomb material, with a roller on its left wall and a rough
+base, is released: gravity acts at once. Its right side slumps over the base. Clouds of moving nodes
+need nodes of the base beyond the column too, on which the soil comes to rest; between these, nodes
+pass through the base unless they are held there.
 """
 
 import math
@@ -40,11 +41,12 @@ class SoilColumn(Problem):
     initial_acceleration : {"zero", "gravity"}
         Acceleration of the particles at t = 0, which Newmark's method remembers.
     initial_stress : {"none", "k0"}
-        Stress-free, or the weight of the soil above with the lateral stress of a column at rest, ``1 - sin phi`` times
-        the vertical one.
+        Stress-free, or the weight of the soil above with the lateral stress of a column at rest,
+        ``1 - sin phi`` times the vertical one.
     base : {"plane", "nodes"}
-        What stops moving nodes: a rough plane, to which those that reach it stick; or only the functions that they
-        share with the nodes of the base (Iaconeta 2017), between which they sink.
+        What stops moving nodes: a rough plane, to which those that reach it stick; or only the
+        functions that they share with the nodes of the base (Iaconeta 2017), between which they
+        sink.
     particle_layout : {"gauss", "midpoint"}
     """
 
@@ -59,22 +61,40 @@ class SoilColumn(Problem):
     samples: ClassVar[int] = 1000
 
     def __post_init__(self) -> None:
-        require(0.0 < self.gravity < 1e4, "gravity", self.gravity, "a positive number [m/s2], less than 10000")
+        require(
+            0.0 < self.gravity < 1e4,
+            "gravity",
+            self.gravity,
+            "a positive number [m/s2], less than 10000",
+        )
         require_option("initial_acceleration", self.initial_acceleration, ("zero", "gravity"))
         require_option("initial_stress", self.initial_stress, ("none", "k0"))
         require_option("base", self.base, ("plane", "nodes"))
         require_option("particle_layout", self.particle_layout, LAYOUTS)
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
-        require(resolution % 2 == 0, "resolution", resolution, "a multiple of 2 (whole cells over a height of 2 m)")
+        require(
+            resolution % 2 == 0,
+            "resolution",
+            resolution,
+            "a multiple of 2 (whole cells over a height of 2 m)",
+        )
         if choices.time == "static":
-            raise NotApplicable("soil_column is a dynamic problem: it needs method.time=newmark or explicit")
+            raise NotApplicable(
+                "soil_column is a dynamic problem: it needs method.time=newmark or explicit"
+            )
         if choices.moving and basis in ("linear", "bspline"):
-            raise NotApplicable(f"basis={basis} on moving nodes ends where the column ends: it cannot meet the base")
+            raise NotApplicable(
+                f"basis={basis} on moving nodes ends where the column ends: it cannot meet the base"
+            )
         if choices.moving and choices.dirichlet != "direct" and self.base == "plane":
-            raise NotApplicable("problem.base=plane holds the nodes themselves: it needs method.dirichlet=direct")
+            raise NotApplicable(
+                "problem.base=plane holds the nodes themselves: it needs method.dirichlet=direct"
+            )
         if self.initial_stress == "k0" and not isinstance(material, MohrCoulomb):
-            raise NotApplicable("problem.initial_stress=k0 needs material=mohr_coulomb, whose history holds the stress")
+            raise NotApplicable(
+                "problem.initial_stress=k0 needs material=mohr_coulomb, whose history holds the stress"
+            )
 
     # geometry
 
@@ -134,7 +154,11 @@ class SoilColumn(Problem):
     def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
         history = {name: np.array(values) for name, values in solution.history.items()}
         out: dict[str, tuple[Any, str, str]] = {
-            "run_out": (history["run_out"], "m", "advance of the foremost particle beyond the column's foot"),
+            "run_out": (
+                history["run_out"],
+                "m",
+                "advance of the foremost particle beyond the column's foot",
+            ),
             "final_run_out": (history["run_out"][-1], "m", "run_out at the end"),
         }
         if "largest_plastic_strain" in history:

@@ -11,8 +11,8 @@ from mpmbench.report.figures import wrapped
 from mpmbench.report.series import Series, Study, series_name, variant_name
 from mpmbench.report.tables import Cell, Table
 
-# Light where nothing is wrong; the others are told apart by readers with any common colour vision deficiency, and by
-# the mark in the cell.
+# Light where nothing is wrong; the others are told apart by readers with any common colour vision
+# deficiency, and by the mark in the cell.
 COLOURS = {
     "ok": "#cfe8dc",
     "not_applicable": "#ececec",
@@ -48,7 +48,9 @@ def causes(study: Study) -> list[Cause]:
         for file, run in one.runs[one.runs.status != "ok"].iterrows():
             kind = NUMBER.sub("#", run.reason)
             mark = MARKS[len(found)] if len(found) < len(MARKS) else str(len(found))
-            found.setdefault((run.status, kind), Cause(mark, run.status, run.reason)).files.append(str(file))
+            found.setdefault((run.status, kind), Cause(mark, run.status, run.reason)).files.append(
+                str(file)
+            )
     return list(found.values())
 
 
@@ -64,7 +66,11 @@ def atlas(study: Study) -> Figure:
     rows = list(dict.fromkeys(curves))
     lines = sum(label.count("\n") + 1 for label in rows)
     width = max(3.4, 2.6 + CELL * len(keys))
-    shown = [status for status in COLOURS if any((one.runs.status == status).any() for one in study.series)]
+    shown = [
+        status
+        for status in COLOURS
+        if any((one.runs.status == status).any() for one in study.series)
+    ]
     beside = min(len(shown), int(width / LEGEND_ENTRY))
     text_lines = -(-len(shown) // beside)
     labels, title = column_labels(study, keys)
@@ -73,7 +79,9 @@ def atlas(study: Study) -> Figure:
     text_lines += title.count("\n") + 1
     upright = any(len(label) > 3 for label in labels)
     below = LINE * text_lines + (CHARACTER * max(map(len, labels)) if upright else LINE) + 0.25
-    figure = Figure(figsize=(width, below + max(CELL * len(rows), LINE * lines)), layout="constrained")
+    figure = Figure(
+        figsize=(width, below + max(CELL * len(rows), LINE * lines)), layout="constrained"
+    )
     axes = figure.add_subplot()
     for curve, one in zip(curves, study.series, strict=True):
         row = rows.index(curve)
@@ -84,7 +92,9 @@ def atlas(study: Study) -> Figure:
             if str(file) in marks:
                 dark = run.status in ("crashed", "timeout", "diverged")
                 ink = "white" if dark else "black"
-                axes.text(column, row, marks[str(file)], ha="center", va="center", size=6, color=ink)
+                axes.text(
+                    column, row, marks[str(file)], ha="center", va="center", size=6, color=ink
+                )
     axes.set_xlim(-0.5, len(keys) - 0.5)
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_yticks(range(len(rows)), rows)
@@ -146,4 +156,8 @@ def reasons(study: Study) -> Table | None:
     ]
     note = "Reasons that differ in numbers only share a mark; that of the first run is shown."
     columns = ["mark", "status", "runs", "reason"]
-    return Table(f"{study.problem}-atlas", "Why runs have no result", columns, rows, note, (2,)) if rows else None
+    return (
+        Table(f"{study.problem}-atlas", "Why runs have no result", columns, rows, note, (2,))
+        if rows
+        else None
+    )

@@ -1,7 +1,7 @@
 """Claims of a paper with verdicts that a rule computes from stored runs; nothing here is typed in by hand.
 
-A rule asks for numbers, orders and statuses by what a run must match, and answers with a `Verdict`. What it asked for
-becomes the evidence, each piece with its result files.
+A rule asks for numbers, orders and statuses by what a run must match, and answers with a `Verdict`.
+What it asked for becomes the evidence, each piece with its result files.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -73,8 +73,8 @@ class Runs:
         campaign, quantity : str
             For example ``"fig6"`` and ``"error_displacement_rms"``.
         **match
-            Attributes (``method="otm"``, ``resolution=32``) and settings, dots written as two underscores
-            (``method__mass="lumped"``).
+            Attributes (``method="otm"``, ``resolution=32``) and settings, dots written as two
+            underscores (``method__mass="lumped"``).
 
         Raises
         ------
@@ -88,15 +88,21 @@ class Runs:
         values = done[quantity].dropna() if quantity in done else pd.Series(dtype=float)
         if values.empty:
             state = ", ".join(sorted(set(runs.status)))
-            raise MissingRuns(f"{campaign}: the run with {_words(match)} has no {quantity} (status: {state})")
+            raise MissingRuns(
+                f"{campaign}: the run with {_words(match)} has no {quantity} (status: {state})"
+            )
         differing = self._differing(campaign, values.index)
         if differing:
-            raise ValueError(f"{campaign}: runs with {_words(match)} differ in {', '.join(differing)}")
+            raise ValueError(
+                f"{campaign}: runs with {_words(match)} differ in {', '.join(differing)}"
+            )
         value = float(values.median())
         self._remember(f"{quantity} of {_words(match)}", value, values.index)
         return value
 
-    def order(self, campaign: str, quantity: str, cells: Iterable[int] = (), **match: Any) -> OrderEstimate:
+    def order(
+        self, campaign: str, quantity: str, cells: Iterable[int] = (), **match: Any
+    ) -> OrderEstimate:
         """The order of the finished runs that match, over all resolutions or over the given ones.
 
         Raises
@@ -111,11 +117,17 @@ class Runs:
         errors = done.groupby("resolution")[quantity].median()
         if len(errors) < 2 or wanted - set(errors.index):
             have = ", ".join(f"{n:g}" for n in errors.index) or "none"
-            raise MissingRuns(f"{campaign}: the order of {_words(match)} needs more resolutions (finished: {have})")
+            raise MissingRuns(
+                f"{campaign}: the order of {_words(match)} needs more resolutions (finished: {have})"
+            )
         n = errors.index.to_numpy(float)
         unit = self.campaigns[campaign].units.get(quantity, "")
-        found = estimate_order(1.0 / n, errors.to_numpy(float), labels=[f"{k:g}" for k in n], error_unit=unit)
-        self._remember(f"order of {quantity}, {_words(match)}", order_with_interval(found), done.index)
+        found = estimate_order(
+            1.0 / n, errors.to_numpy(float), labels=[f"{k:g}" for k in n], error_unit=unit
+        )
+        self._remember(
+            f"order of {quantity}, {_words(match)}", order_with_interval(found), done.index
+        )
         return found
 
     def status(self, campaign: str, **match: Any) -> str:
@@ -190,13 +202,21 @@ def claims_table(name: str, claims: Iterable[Claim], campaigns: Mapping[str, Cam
         files = tuple(dict.fromkeys(file for piece in verdict.evidence for file in piece.files))
         numbers = "; ".join(f"{piece.name}: {Cell(piece.value).text}" for piece in verdict.evidence)
         texts = (claim.statement, claim.source, verdict.answer, verdict.because, numbers)
-        rows.append([*(Cell(text) for text in texts[:2]), Cell(texts[2], files), *(Cell(text) for text in texts[3:])])
+        rows.append(
+            [
+                *(Cell(text) for text in texts[:2]),
+                Cell(texts[2], files),
+                *(Cell(text) for text in texts[3:]),
+            ]
+        )
     return Table(name, "Claims", ["claim", "source", "verdict", "because", "evidence"], rows)
 
 
 def _equal(found: Any, wanted: Any) -> bool:
     if isinstance(wanted, (int, float)) and not isinstance(wanted, bool):
-        return isinstance(found, (int, float)) and bool(np.isclose(found, wanted, rtol=1e-9, atol=0.0))
+        return isinstance(found, (int, float)) and bool(
+            np.isclose(found, wanted, rtol=1e-9, atol=0.0)
+        )
     return bool(found == wanted)
 
 

@@ -49,7 +49,9 @@ def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
         label = one.label
         if one.label in orders and np.isfinite(orders[one.label].order):
             label += f": p = {order_with_interval(orders[one.label])}"
-        handles += axes.loglog(curve.index, curve, label=label, **style.line(one.method, one.basis, one.rank))
+        handles += axes.loglog(
+            curve.index, curve, label=label, **style.line(one.method, one.basis, one.rank)
+        )
         _mark_failed(axes, one)
     if quantity == "error_displacement_rms" and study.axis.power is not None:
         handles += _temporal_floor(axes, study)
@@ -71,8 +73,8 @@ def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
 def work_precision(study: Study, quantity: str) -> tuple[Figure, bool] | None:
     """Error against the solver's time, and whether the times are exclusive.
 
-    None where the runs differ in what they solve rather than in effort. Only runs that had the machine to themselves
-    are drawn when there are any; otherwise all, marked in the figure.
+    None where the runs differ in what they solve rather than in effort. Only runs that had the
+    machine to themselves are drawn when there are any; otherwise all, marked in the figure.
     """
     if study.axis.power is None and study.axis.key != "particles_per_cell":
         return None
@@ -91,18 +93,33 @@ def work_precision(study: Study, quantity: str) -> tuple[Figure, bool] | None:
     axes.set_xlabel("solver time [s]")
     axes.set_ylabel(quantity_label(study, quantity))
     if not exclusive:
-        axes.text(0.97, 0.97, "machine shared with other runs", transform=axes.transAxes, ha="right", va="top", size=7)
+        axes.text(
+            0.97,
+            0.97,
+            "machine shared with other runs",
+            transform=axes.transAxes,
+            ha="right",
+            va="top",
+            size=7,
+        )
     _legend_below(figure, handles, shown)
     return figure, exclusive
 
 
 def quantity_label(study: Study, quantity: str) -> str:
     """``RMS displacement error [m]`` for an axis or a table."""
-    words = quantity.removesuffix("_relative").removeprefix("error_").removesuffix("_rms").replace("_", " ")
+    words = (
+        quantity.removesuffix("_relative")
+        .removeprefix("error_")
+        .removesuffix("_rms")
+        .replace("_", " ")
+    )
     is_error = quantity.startswith("error_")
     if quantity.endswith("_relative"):
         return f"relative RMS {words} error"
-    unit = re.sub(r"(?<=[A-Za-z])(?=\d)", "^", study.campaign.units.get(quantity, "").replace(" s-1", "/s"))
+    unit = re.sub(
+        r"(?<=[A-Za-z])(?=\d)", "^", study.campaign.units.get(quantity, "").replace(" s-1", "/s")
+    )
     name = f"RMS {words} error" if is_error else words.removeprefix("n ")
     norm = re.fullmatch(r"error_(.+)_l([12])_max", quantity)
     if norm:
@@ -134,7 +151,9 @@ def _legend_below(figure: Figure, handles: list[Line2D], curves: list[Series]) -
             look = style.line(one.method, one.basis, one.rank)
             look |= {"color": "#444444", "markeredgecolor": "#444444", "marker": "o"}
             look["markerfacecolor"] = (
-                "#444444" if look["markerfacecolor"] == style.colour(one.method) else look["markerfacecolor"]
+                "#444444"
+                if look["markerfacecolor"] == style.colour(one.method)
+                else look["markerfacecolor"]
             )
             entries.append(Line2D([], [], label=name, **look))
         handles = entries + handles[len(curves) :]
@@ -142,7 +161,9 @@ def _legend_below(figure: Figure, handles: list[Line2D], curves: list[Series]) -
         handle.set_label(wrapped(str(handle.get_label()), LEGEND_WIDTH))
     lines = sum(str(handle.get_label()).count("\n") + 1 for handle in handles)
     figure.set_figheight(SQUARE + 0.1 + LEGEND_LINE * lines)
-    figure.legend(handles=handles, loc="outside lower left", ncols=1, labelspacing=0.25, handlelength=2.6)
+    figure.legend(
+        handles=handles, loc="outside lower left", ncols=1, labelspacing=0.25, handlelength=2.6
+    )
 
 
 def _timed(one: Series, quantity: str, exclusive: bool) -> pd.DataFrame:
@@ -151,7 +172,9 @@ def _timed(one: Series, quantity: str, exclusive: bool) -> pd.DataFrame:
 
 
 def _failed(one: Series) -> pd.DataFrame:
-    return one.runs[~one.runs.status.isin(["ok", "not_applicable"]) & np.isfinite(one.runs.axis_value)]
+    return one.runs[
+        ~one.runs.status.isin(["ok", "not_applicable"]) & np.isfinite(one.runs.axis_value)
+    ]
 
 
 def _mark_failed(axes: Axes, one: Series) -> None:
@@ -160,7 +183,14 @@ def _mark_failed(axes: Axes, one: Series) -> None:
     if len(values):
         above = axes.get_xaxis_transform()
         axes.plot(
-            values, [0.965] * len(values), "x", color=style.colour(one.method), transform=above, ms=5, mew=1.3, zorder=5
+            values,
+            [0.965] * len(values),
+            "x",
+            color=style.colour(one.method),
+            transform=above,
+            ms=5,
+            mew=1.3,
+            zorder=5,
         )
 
 
@@ -168,7 +198,15 @@ def _failed_handle(study: Study) -> list[Line2D]:
     if not any(len(_failed(one)) for one in study.series):
         return []
     return [
-        Line2D([], [], color="#555555", marker="x", linestyle="none", mew=1.3, label="failed (colour of the method)")
+        Line2D(
+            [],
+            [],
+            color="#555555",
+            marker="x",
+            linestyle="none",
+            mew=1.3,
+            label="failed (colour of the method)",
+        )
     ]
 
 
@@ -232,12 +270,28 @@ def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) ->
                 break
         else:
             continue
-        axes.fill([start, end, start], [base, tip, tip], facecolor="#eeeeee", edgecolor="#777777", lw=0.6, zorder=1)
+        axes.fill(
+            [start, end, start],
+            [base, tip, tip],
+            facecolor="#eeeeee",
+            edgecolor="#777777",
+            lw=0.6,
+            zorder=1,
+        )
         inside = start * (end / start) ** 0.12, tip * (base / tip) ** 0.24
-        axes.text(*inside, f"{whole:g}", ha="left" if end > start else "right", va="center", size=7, color="#444444")
+        axes.text(
+            *inside,
+            f"{whole:g}",
+            ha="left" if end > start else "right",
+            va="center",
+            size=7,
+            color="#444444",
+        )
 
 
-def _overlap(one: tuple[float, float, float, float], other: tuple[float, float, float, float]) -> bool:
+def _overlap(
+    one: tuple[float, float, float, float], other: tuple[float, float, float, float]
+) -> bool:
     """Whether two boxes (left, right, bottom, top) share an area."""
     return one[0] < other[1] and other[0] < one[1] and one[2] < other[3] and other[2] < one[3]
 

@@ -67,7 +67,8 @@ def build(results: Path, output: Path | None = None) -> Path:
     Returns
     -------
     Path
-        ``index.html``; figures (SVG, PDF, PNG) and tables (CSV, Markdown, LaTeX) are in the folders beside it.
+        ``index.html``; figures (SVG, PDF, PNG) and tables (CSV, Markdown, LaTeX) are in the folders
+        beside it.
 
     Raises
     ------
@@ -109,14 +110,21 @@ class Writer:
 
     def table(self, table: Table) -> None:
         """Write a table as CSV, Markdown and LaTeX."""
-        for suffix, content in (("csv", table.csv()), ("md", table.markdown()), ("tex", table.latex())):
+        for suffix, content in (
+            ("csv", table.csv()),
+            ("md", table.markdown()),
+            ("tex", table.latex()),
+        ):
             self.text(f"tables/{table.name}.{suffix}", content)
 
     def picture(self, name: str, title: str, caption: str, figure: Figure) -> Picture:
         """Save a figure as SVG, PDF and PNG, and return it for the page."""
         for suffix, options in FORMATS.items():
             place = f"figures/{name}.{suffix}"
-            self._place(place, lambda file, kind=suffix, more=options: figure.savefig(file, format=kind, **more))
+            self._place(
+                place,
+                lambda file, kind=suffix, more=options: figure.savefig(file, format=kind, **more),
+            )
             if suffix == "svg":  # laid out once; the other formats need not do it again
                 figure.set_layout_engine("none")
         drawing = (self.target / "figures" / f"{name}.svg").read_text(encoding="utf-8")
@@ -161,7 +169,9 @@ def inline_svg(drawing: str, name: str) -> str:
 def template(name: str) -> jinja2.Template:
     """A page's template, with the filter ``unbroken`` that keeps ``2.8e-10`` on one line."""
     loader = jinja2.PackageLoader("mpmbench.report", package_path="")
-    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    environment = jinja2.Environment(
+        loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True
+    )
     environment.filters["unbroken"] = _unbroken
     return environment.get_template(name)
 
@@ -190,12 +200,19 @@ def _section(study: Study, writer: Writer) -> Section:
         )
     _add_fields(section, study, writer)
     caption = "Every run by its status; a mark stands for a reason, and a place without colour for no run."
-    section.pictures.append(writer.picture(f"{study.problem}-atlas", "Failure atlas", caption, atlas.atlas(study)))
+    section.pictures.append(
+        writer.picture(f"{study.problem}-atlas", "Failure atlas", caption, atlas.atlas(study))
+    )
 
-    found = [tables.orders(study, estimates), *(tables.errors(study, quantity) for quantity in ERRORS)]
+    found = [
+        tables.orders(study, estimates),
+        *(tables.errors(study, quantity) for quantity in ERRORS),
+    ]
     timing = tables.timings(study)
     if timing is None and (study.runs.status == "ok").any():
-        section.notes.append("No timing table: no run had the machine to itself (timing=exclusive).")
+        section.notes.append(
+            "No timing table: no run had the machine to itself (timing=exclusive)."
+        )
     found += [timing, atlas.reasons(study), tables.failures(study), tables.all_runs(study)]
     section.tables += [table for table in found if table is not None]
     return section
@@ -215,7 +232,11 @@ def _estimates(study: Study) -> dict[str, dict[str, OrderEstimate]]:
     """Orders by quantity and by curve."""
     found: dict[str, dict[str, OrderEstimate]] = {}
     for quantity in ERRORS:
-        orders = {one.label: order_of(study, one, quantity) for one in study.series if len(one.finite(quantity))}
+        orders = {
+            one.label: order_of(study, one, quantity)
+            for one in study.series
+            if len(one.finite(quantity))
+        }
         found[quantity] = {label: order for label, order in orders.items() if order is not None}
     return {quantity: orders for quantity, orders in found.items() if orders}
 
@@ -228,9 +249,13 @@ def _add_convergence(
         return
     what = quantity.removeprefix("error_").removesuffix("_rms")
     axis = study.axis.key.split(".")[-1]
-    title = f"{what.capitalize()} error" + ("" if axis == "resolution" else f" against {axis.replace('_', ' ')}")
+    title = f"{what.capitalize()} error" + (
+        "" if axis == "resolution" else f" against {axis.replace('_', ' ')}"
+    )
     caption = (
-        "Orders p with 95 % intervals; triangles show slopes." if any(len(o.local) for o in orders.values()) else ""
+        "Orders p with 95 % intervals; triangles show slopes."
+        if any(len(o.local) for o in orders.values())
+        else ""
     )
     if any((study.runs.status != "ok") & (study.runs.status != "not_applicable")):
         caption += " Crosses: runs that failed; they enter no fit."
@@ -244,7 +269,9 @@ def _add_fields(section: Section, study: Study, writer: Writer) -> None:
         return
     place = f"{value:g} {study.axis.unit}" if np.isfinite(value) else "the only size"
     exact = any(one.exact is not None for one in fields)
-    caption = f"Particles at the end of the run, {place}" + ("; black: exact solution." if exact else ".")
+    caption = f"Particles at the end of the run, {place}" + (
+        "; black: exact solution." if exact else "."
+    )
     ready = sum(len(one.ok) > 0 for one in study.series)
     if len(fields) < ready:
         caption += f" {len(fields)} of {ready} curves."
@@ -252,23 +279,33 @@ def _add_fields(section: Section, study: Study, writer: Writer) -> None:
         caption += " The row of particles nearest the middle."
     figure = profiles.stress_profile(fields)
     if figure is not None:
-        section.pictures.append(writer.picture(f"{study.problem}-stress_profile", "Final stress", caption, figure))
+        section.pictures.append(
+            writer.picture(f"{study.problem}-stress_profile", "Final stress", caption, figure)
+        )
     figure = profiles.particle_map(fields)
     if figure is not None:
         caption = f"Particles where they are at the end, coloured by their stress, {place}."
-        section.pictures.append(writer.picture(f"{study.problem}-particle_map", "Particle map", caption, figure))
+        section.pictures.append(
+            writer.picture(f"{study.problem}-particle_map", "Particle map", caption, figure)
+        )
 
 
 def _code_versions(campaign: Campaign) -> int:
     """Most versions of the code behind runs of one kind: each kind of run has a code of its own, the files it uses."""
     if "code_hash" not in campaign.provenance:
         return 1
-    kinds = [campaign.runs[key] for key in ("problem", "method", "basis", "material") if key in campaign.runs]
+    kinds = [
+        campaign.runs[key]
+        for key in ("problem", "method", "basis", "material")
+        if key in campaign.runs
+    ]
     return int(campaign.provenance["code_hash"].groupby(kinds).nunique().max())
 
 
 def _render(campaign: Campaign, sections: list[Section]) -> str:
-    counts = campaign.runs.status.value_counts().sort_index().to_dict() if len(campaign.runs) else {}
+    counts = (
+        campaign.runs.status.value_counts().sort_index().to_dict() if len(campaign.runs) else {}
+    )
     origin = {
         str(key): sorted({str(value) for value in campaign.provenance[key].dropna()})
         for key in sorted(map(str, campaign.provenance))

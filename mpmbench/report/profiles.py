@@ -57,7 +57,9 @@ def final_fields(study: Study) -> tuple[float, list[Field]]:
     if not finest:
         return float("nan"), []
     power = study.axis.power or -1
-    affordable = {v: g for v, g in finest.items() if sum(p for *_, p in g if np.isfinite(p)) <= MOST_PARTICLES}
+    affordable = {
+        v: g for v, g in finest.items() if sum(p for *_, p in g if np.isfinite(p)) <= MOST_PARTICLES
+    }
     choice = affordable or {min(finest): finest[min(finest)]}
     most = max(len(group) for group in choice.values())
     value = min((v for v, group in choice.items() if len(group) == most), key=lambda v: v**power)
@@ -66,7 +68,9 @@ def final_fields(study: Study) -> tuple[float, list[Field]]:
     for one, file, _ in choice[value]:  # every method and basis before the second variant of any
         turn = shown[one.method, one.basis] = shown.get((one.method, one.basis), -1) + 1
         candidates.append((turn, len(candidates), one, file))
-    kept = sorted(sorted(candidates, key=lambda entry: entry[:2])[:MOST_PANELS], key=lambda entry: entry[1])
+    kept = sorted(
+        sorted(candidates, key=lambda entry: entry[:2])[:MOST_PANELS], key=lambda entry: entry[1]
+    )
     fields = [_field(study, one, file) for _, _, one, file in kept]
     return value, [field for field in fields if field is not None]
 
@@ -98,17 +102,24 @@ def line_of_particles(initial: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     initial : ndarray
-        Positions before the motion [m], shape (P, dim). Where particles form no rows, a band of one mean spacing.
+        Positions before the motion [m], shape (P, dim). Where particles form no rows, a band of one
+        mean spacing.
     """
     inside = np.ones(len(initial), bool)
     for d in range(1, initial.shape[1]):
         coordinate = initial[:, d]
         middle = 0.5 * (coordinate.min() + coordinate.max())
         extent = np.ptp(initial, axis=0)
-        spacing = float(np.prod(extent[extent > 0]) / len(initial)) ** (1.0 / max(1, int((extent > 0).sum())))
+        spacing = float(np.prod(extent[extent > 0]) / len(initial)) ** (
+            1.0 / max(1, int((extent > 0).sum()))
+        )
         nearest = coordinate[np.argmin(np.abs(coordinate - middle))]
         row = np.abs(coordinate - nearest) < 1e-6 * max(spacing, 1e-300)
-        inside &= row if row.sum() >= 0.5 * extent[0] / spacing else np.abs(coordinate - middle) <= 0.5 * spacing
+        inside &= (
+            row
+            if row.sum() >= 0.5 * extent[0] / spacing
+            else np.abs(coordinate - middle) <= 0.5 * spacing
+        )
     chosen = np.flatnonzero(inside)
     return chosen[np.argsort(initial[chosen, 0], kind="stable")]
 
@@ -146,7 +157,9 @@ def particle_map(fields: list[Field]) -> Figure | None:
     if not fields:
         return None
     figure, panels = _panels(len(fields), height=1.45, sharey=True)
-    every = np.concatenate([field.stress if field.exact is None else field.exact for field in fields])
+    every = np.concatenate(
+        [field.stress if field.exact is None else field.exact for field in fields]
+    )
     low, high = float(every.min()), float(every.max())
     crossing_zero = low < 0 < high
     if crossing_zero:
@@ -168,7 +181,9 @@ def particle_map(fields: list[Field]) -> Figure | None:
         axes.set_aspect("equal")
         axes.set_title(wrapped(field.label, TITLE_WIDTH), pad=3, size=7)
         axes.grid(False)
-    bar = figure.colorbar(drawn, ax=list(panels), shrink=0.8, aspect=30, location="top", extend="both")
+    bar = figure.colorbar(
+        drawn, ax=list(panels), shrink=0.8, aspect=30, location="top", extend="both"
+    )
     bar.set_label(r"stress $\sigma_{11}$ [Pa]")
     figure.supxlabel("position $x_1$ [m]", size=8)
     figure.supylabel("position $x_2$ [m]", size=8)

@@ -10,7 +10,17 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-ATTRIBUTES = ("status", "problem", "method", "basis", "material", "mass", "timing_context", "reason", "config_hash")
+ATTRIBUTES = (
+    "status",
+    "problem",
+    "method",
+    "basis",
+    "material",
+    "mass",
+    "timing_context",
+    "reason",
+    "config_hash",
+)
 NUMBERS = ("resolution", "time_step", "particles_per_cell")
 BOOKKEEPING = {  # keys that say where, when and how patiently something ran, not what was computed
     *(
@@ -26,7 +36,11 @@ BOOKKEEPING = {  # keys that say where, when and how patiently something ran, no
         "seed",
         "snapshot_times",
     ),
-    *(f"{kind}{name}" for kind in ("method", "basis", "problem") for name in ("", ".name", "._name_")),
+    *(
+        f"{kind}{name}"
+        for kind in ("method", "basis", "problem")
+        for name in ("", ".name", "._name_")
+    ),
 }
 
 
@@ -38,9 +52,11 @@ class Campaign:
     ----------
     folder : Path
     runs : DataFrame
-        One row per readable file, index its name: the attributes of `ATTRIBUTES` and `NUMBERS`, and all scalars.
+        One row per readable file, index its name: the attributes of `ATTRIBUTES` and `NUMBERS`, and
+        all scalars.
     settings : DataFrame
-        The configuration of each run, keys joined by dots (``method.mass``), bookkeeping left out; same index.
+        The configuration of each run, keys joined by dots (``method.mass``), bookkeeping left out;
+        same index.
     units, names : dict
         Units and long names of the scalars.
     provenance : DataFrame
@@ -95,12 +111,18 @@ def read_campaign(folder: Path) -> Campaign:
                 row, config = _row(dataset, units, names)
                 origin = {key: value for key, value in dataset.attrs.items() if _is_provenance(key)}
         except (OSError, ValueError, KeyError, RuntimeError) as error:
-            unreadable[file.name] = str(error).splitlines()[0] if str(error) else type(error).__name__
+            unreadable[file.name] = (
+                str(error).splitlines()[0] if str(error) else type(error).__name__
+            )
             continue
         rows[file.name], settings[file.name], provenance[file.name] = row, config, origin
     runs = pd.DataFrame.from_dict(rows, orient="index", columns=_columns(rows.values()))
-    configurations = pd.DataFrame.from_dict(settings, orient="index", columns=_columns(settings.values()), dtype=object)
-    origins = pd.DataFrame.from_dict(provenance, orient="index", columns=_columns(provenance.values()), dtype=object)
+    configurations = pd.DataFrame.from_dict(
+        settings, orient="index", columns=_columns(settings.values()), dtype=object
+    )
+    origins = pd.DataFrame.from_dict(
+        provenance, orient="index", columns=_columns(provenance.values()), dtype=object
+    )
     return Campaign(folder, runs, configurations, units, names, origins, unreadable)
 
 
@@ -108,7 +130,9 @@ def _columns(rows: Iterable[dict[str, Any]]) -> list[str]:
     return list(dict.fromkeys(key for row in rows for key in row))
 
 
-def _row(dataset: xr.Dataset, units: dict[str, str], names: dict[str, str]) -> tuple[dict[str, Any], dict[str, Any]]:
+def _row(
+    dataset: xr.Dataset, units: dict[str, str], names: dict[str, str]
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """Attributes and scalars of one file, and its flattened configuration."""
     attributes = dataset.attrs
     if "status" not in attributes:
@@ -119,7 +143,9 @@ def _row(dataset: xr.Dataset, units: dict[str, str], names: dict[str, str]) -> t
         if variable.ndim == 0 and np.issubdtype(variable.dtype, np.number):
             row[str(name)] = float(variable.values)
             units.setdefault(str(name), str(variable.attrs.get("units", "")))
-            names.setdefault(str(name), str(variable.attrs.get("long_name", str(name).replace("_", " "))))
+            names.setdefault(
+                str(name), str(variable.attrs.get("long_name", str(name).replace("_", " ")))
+            )
     config = flatten(json.loads(attributes.get("config", "{}")))
     return row, {key: value for key, value in config.items() if not _is_bookkeeping(key)} | {
         "material": row["material"]
@@ -145,10 +171,20 @@ def _number(value: Any) -> float:
 
 
 def _is_bookkeeping(key: str) -> bool:
-    return key in BOOKKEEPING or key.startswith(("limits.", "hydra.")) or key in ("material.name", "material._name_")
+    return (
+        key in BOOKKEEPING
+        or key.startswith(("limits.", "hydra."))
+        or key in ("material.name", "material._name_")
+    )
 
 
 def _is_provenance(key: str) -> bool:
-    return key in ("git_commit", "git_dirty", "code_hash", "python", "host", "cpu", "threads") or key.endswith(
-        "version"
-    )
+    return key in (
+        "git_commit",
+        "git_dirty",
+        "code_hash",
+        "python",
+        "host",
+        "cpu",
+        "threads",
+    ) or key.endswith("version")

@@ -20,7 +20,14 @@ UNITS = {
     "density": "kg/m³",
 }
 KNOWN = (METHOD_COLOURS, BASIS_MARKERS)
-METHOD_NAMES = {"mpm": "MPM", "otm": "OTM", "implicit_mpm": "implicit MPM", "gmm": "GMM", "fem": "FEM", "sph": "SPH"}
+METHOD_NAMES = {
+    "mpm": "MPM",
+    "otm": "OTM",
+    "implicit_mpm": "implicit MPM",
+    "gmm": "GMM",
+    "fem": "FEM",
+    "sph": "SPH",
+}
 BASIS_NAMES = {"bspline": "B-spline", "maxent": "max-ent", "lme": "LME", "mls": "MLS"}
 
 
@@ -35,7 +42,8 @@ class Axis:
     label, unit : str
         For the axis of a figure, and for a verdict ("over 8..32 cells").
     power : int or None
-        The size that goes to zero is ``value**power``; None when an order makes no sense along this key.
+        The size that goes to zero is ``value**power``; None when an order makes no sense along this
+        key.
     """
 
     key: str
@@ -55,7 +63,8 @@ class Series:
     variant : tuple of (key, value)
         Further keys that tell this curve from others.
     rank : int
-        Number of the variant among all of the study: the same line style for the same variant everywhere.
+        Number of the variant among all of the study: the same line style for the same variant
+        everywhere.
     label : str
         How a legend calls it.
     runs : DataFrame
@@ -95,7 +104,9 @@ class Study:
 
     def values(self) -> list[float]:
         """All values along the axis, coarse to fine."""
-        values = sorted({float(v) for one in self.series for v in one.runs.axis_value if np.isfinite(v)})
+        values = sorted(
+            {float(v) for one in self.series for v in one.runs.axis_value if np.isfinite(v)}
+        )
         return values[::-1] if self.axis.power == 1 else values
 
 
@@ -118,37 +129,61 @@ def _studies_of_problem(campaign: Campaign, problem: str) -> list[Study]:
         if key in settings and runs[key].notna().all():
             settings[key] = runs[key]
     varying = _varying_keys(runs, settings)
-    numeric = [key for key in varying if pd.to_numeric(settings[key], errors="coerce").notna().any()]
-    numeric = [key for key in numeric if not settings[key].map(lambda value: isinstance(value, bool)).any()]
+    numeric = [
+        key for key in varying if pd.to_numeric(settings[key], errors="coerce").notna().any()
+    ]
+    numeric = [
+        key for key in numeric if not settings[key].map(lambda value: isinstance(value, bool)).any()
+    ]
     candidates = [key for key in PREFERRED_AXES if key in numeric]
-    candidates += sorted((k for k in numeric if k not in PREFERRED_AXES), key=lambda k: (-settings[k].nunique(), k))
+    candidates += sorted(
+        (k for k in numeric if k not in PREFERRED_AXES), key=lambda k: (-settings[k].nunique(), k)
+    )
     if not candidates:
         settings["resolution"] = runs.resolution
         candidates = ["resolution"]
     main = _study(campaign, problem, runs, settings, varying, candidates[0])
     others = [_study(campaign, problem, runs, settings, varying, key) for key in candidates[1:]]
-    return [main, *(study for study in others if any(one.runs.axis_value.nunique() >= 3 for one in study.series))]
+    return [
+        main,
+        *(
+            study
+            for study in others
+            if any(one.runs.axis_value.nunique() >= 3 for one in study.series)
+        ),
+    ]
 
 
 def _varying_keys(runs: pd.DataFrame, settings: pd.DataFrame) -> list[str]:
     """Keys with more than one value among the runs of some method and basis."""
     pairs = runs.method + "\n" + runs.basis
-    keys = [str(key) for key in settings if settings[key].map(repr).groupby(pairs).nunique().max() > 1]
+    keys = [
+        str(key) for key in settings if settings[key].map(repr).groupby(pairs).nunique().max() > 1
+    ]
     return sorted(keys, key=lambda key: (key.split(".")[0] == "material", key))
 
 
 def _study(
-    campaign: Campaign, problem: str, runs: pd.DataFrame, settings: pd.DataFrame, varying: list[str], along: str
+    campaign: Campaign,
+    problem: str,
+    runs: pd.DataFrame,
+    settings: pd.DataFrame,
+    varying: list[str],
+    along: str,
 ) -> Study:
     """Split the runs into curves along one key.
 
-    A key names a curve only where it tells runs apart that agree in everything before: a time step that goes with the
-    resolution, or the parameters that go with a material, do not split curves.
+    A key names a curve only where it tells runs apart that agree in everything before: a time step
+    that goes with the resolution, or the parameters that go with a material, do not split curves.
     """
     runs = runs.assign(axis_value=pd.to_numeric(settings[along], errors="coerce"))
-    parts = pd.DataFrame({"method": runs.method, "basis": runs.basis, "axis": runs.axis_value.map(repr)})
+    parts = pd.DataFrame(
+        {"method": runs.method, "basis": runs.basis, "axis": runs.axis_value.map(repr)}
+    )
     kept: list[str] = []
-    ordered = sorted((key for key in varying if key != along), key=lambda key: key in PREFERRED_AXES)
+    ordered = sorted(
+        (key for key in varying if key != along), key=lambda key: key in PREFERRED_AXES
+    )
     for key in ordered:
         finer = parts.assign(**{key: settings[key].map(repr)})
         if len(finer.drop_duplicates()) > len(parts.drop_duplicates()):
@@ -160,30 +195,53 @@ def _study(
         local = [key for key in kept if settings.loc[pair.index, key].map(repr).nunique() > 1]
         variants: dict[tuple[tuple[str, Any], ...], list[str]] = {}
         for file in pair.index:
-            variants.setdefault(tuple((key, settings.at[file, key]) for key in local), []).append(str(file))
-        curves += [(method, basis, variant, variants[variant]) for variant in sorted(variants, key=_sortable)]
+            variants.setdefault(tuple((key, settings.at[file, key]) for key in local), []).append(
+                str(file)
+            )
+        curves += [
+            (method, basis, variant, variants[variant])
+            for variant in sorted(variants, key=_sortable)
+        ]
 
     axis = _axis(along)
-    ranks = {name: k for k, name in enumerate(dict.fromkeys(variant_name(curve[2]) for curve in curves if curve[2]))}
+    ranks = {
+        name: k
+        for k, name in enumerate(
+            dict.fromkeys(variant_name(curve[2]) for curve in curves if curve[2])
+        )
+    }
     series = []
     for method, basis, variant, files in curves:
-        members = runs.loc[files].sort_values("axis_value", ascending=axis.power != 1, kind="stable")
+        members = runs.loc[files].sort_values(
+            "axis_value", ascending=axis.power != 1, kind="stable"
+        )
         rank, label = ranks.get(variant_name(variant), 0), series_name(method, basis)
         series.append(
-            Series(method, basis, variant, rank, ", ".join(filter(None, [label, variant_name(variant)])), members)
+            Series(
+                method,
+                basis,
+                variant,
+                rank,
+                ", ".join(filter(None, [label, variant_name(variant)])),
+                members,
+            )
         )
     return Study(problem, campaign, runs, axis, series)
 
 
 def _sortable(variant: tuple[tuple[str, Any], ...]) -> tuple[Any, ...]:
     return tuple(
-        (not isinstance(v, (int, float)), v if isinstance(v, (int, float)) else 0.0, str(v)) for _, v in variant
+        (not isinstance(v, (int, float)), v if isinstance(v, (int, float)) else 0.0, str(v))
+        for _, v in variant
     )
 
 
 def _house_order(pair: tuple[str, str]) -> tuple[Any, ...]:
     """MPM and linear first, then the others of the house, then plug-ins by name."""
-    places = [list(known).index(name) if name in known else len(known) for name, known in zip(pair, KNOWN, strict=True)]
+    places = [
+        list(known).index(name) if name in known else len(known)
+        for name, known in zip(pair, KNOWN, strict=True)
+    ]
     return (*places, *pair)
 
 
@@ -224,7 +282,11 @@ def floor_of(series: Series) -> float | None:
     if "predicted_temporal_floor" not in series.ok:
         return None
     values = series.ok.predicted_temporal_floor.dropna()
-    return float(values.iloc[0]) if len(values) and np.allclose(values, values.iloc[0], rtol=1e-6, atol=0.0) else None
+    return (
+        float(values.iloc[0])
+        if len(values) and np.allclose(values, values.iloc[0], rtol=1e-6, atol=0.0)
+        else None
+    )
 
 
 def order_of(study: Study, series: Series, quantity: str) -> OrderEstimate | None:
@@ -239,5 +301,7 @@ def order_of(study: Study, series: Series, quantity: str) -> OrderEstimate | Non
         labels=[f"{value:g}" for value in values],
         label_unit=study.axis.unit,
         error_unit=study.campaign.units.get(quantity, ""),
-        predicted_floor=floor_of(series) if quantity == "error_displacement_rms" and study.axis.power == -1 else None,
+        predicted_floor=floor_of(series)
+        if quantity == "error_displacement_rms" and study.axis.power == -1
+        else None,
     )

@@ -10,8 +10,9 @@ COLUMN = 3.4  # width of a journal's column [in]
 EXACT: dict[str, Any] = {"color": "black", "linewidth": 1.0, "zorder": 1.5}
 LINE_STYLES = ("-", "--", ":", "-.")
 
-# Okabe and Ito's palette for the methods of the house; Tol's muted colours for plug-ins. Both are told apart by
-# readers with any common colour vision deficiency; black stays free for exact solutions.
+# Okabe and Ito's palette for the methods of the house; Tol's muted colours for plug-ins. Both are
+# told apart by readers with any common colour vision deficiency; black stays free for exact
+# solutions.
 METHOD_COLOURS = {
     "mpm": "#0072B2",
     "otm": "#D55E00",
@@ -20,7 +21,16 @@ METHOD_COLOURS = {
     "implicit_mpm": "#56B4E9",
     "fem": "#E69F00",
 }
-PLUGIN_COLOURS = ("#882255", "#332288", "#999933", "#AA4499", "#661100", "#44AA99", "#6699CC", "#888888")
+PLUGIN_COLOURS = (
+    "#882255",
+    "#332288",
+    "#999933",
+    "#AA4499",
+    "#661100",
+    "#44AA99",
+    "#6699CC",
+    "#888888",
+)
 BASIS_MARKERS = {"linear": "o", "bspline": "s", "maxent": "^", "lme": "D", "mls": "v"}
 PLUGIN_MARKERS = ("P", "X", "p", "h", ">", "<", "*", "d")
 

@@ -12,7 +12,13 @@ from mpmbench.analysis.convergence import OrderEstimate, order_with_interval
 from mpmbench.report.figures import quantity_label
 from mpmbench.report.series import Series, Study
 
-OVERVIEW = ("error_displacement_rms", "error_stress_rms", "error_velocity_rms", "energy_drift", "momentum_drift")
+OVERVIEW = (
+    "error_displacement_rms",
+    "error_stress_rms",
+    "error_velocity_rms",
+    "energy_drift",
+    "momentum_drift",
+)
 COUNTS = ("steps", "n_particles", "n_nodes", "n_cell_crossings")
 COSTS = ("solver_time", "compile_time", "wall_time", "peak_memory")
 LATEX = {character: "\\" + character for character in "&%_#${}"} | {
@@ -47,7 +53,11 @@ def number_text(number: float, digits: int = 3) -> str:
     if abs(number) < 1e7 and (number.is_integer() or abs(number) >= 10.0**digits):
         return str(round(number))
     short = f"{number:.{digits}g}"
-    return short if float(short) == float(f"{number:.12g}") else f"{number:#.{digits}g}".removesuffix(".")
+    return (
+        short
+        if float(short) == float(f"{number:.12g}")
+        else f"{number:#.{digits}g}".removesuffix(".")
+    )
 
 
 @dataclass(frozen=True)
@@ -81,7 +91,10 @@ class Table:
 
     def markdown(self) -> str:
         """The table as shown."""
-        lines = [self.columns, ["---:" if k in self.numeric else "---" for k in range(len(self.columns))]]
+        lines = [
+            self.columns,
+            ["---:" if k in self.numeric else "---" for k in range(len(self.columns))],
+        ]
         lines += [[cell.text.replace("|", "\\|") for cell in row] for row in self.rows]
         text = "\n".join("| " + " | ".join(line) + " |" for line in lines)
         return f"{self.title}\n\n{text}\n" + (f"\n{self.note}\n" if self.note else "")
@@ -104,7 +117,11 @@ def _exact(value: Any) -> str:
 def _latex(text: str) -> str:
     """Plain text for LaTeX; ``1.2e-05`` becomes a power of ten."""
     escaped = "".join(LATEX.get(character, character) for character in text)
-    return re.sub(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]\d+)\b", lambda m: rf"${m[1]} \times 10^{{{int(m[2])}}}$", escaped)
+    return re.sub(
+        r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]\d+)\b",
+        lambda m: rf"${m[1]} \times 10^{{{int(m[2])}}}$",
+        escaped,
+    )
 
 
 def orders(study: Study, estimates: dict[str, dict[str, OrderEstimate]]) -> Table | None:
@@ -125,7 +142,10 @@ def orders(study: Study, estimates: dict[str, dict[str, OrderEstimate]]) -> Tabl
                     Cell(", ".join(f"{slope:.2f}" for slope in found.local)),
                     Cell(found.floor if found.floor > 0 else ""),
                     Cell(found.verdict),
-                    Cell(" ".join(cell.value for cell in levels), tuple(cell.files[0] for cell in levels)),
+                    Cell(
+                        " ".join(cell.value for cell in levels),
+                        tuple(cell.files[0] for cell in levels),
+                    ),
                 ]
             )
     if not rows:
@@ -145,7 +165,9 @@ def errors(study: Study, quantity: str) -> Table | None:
         return None
     columns = ["curve", *(f"{value:g} {study.axis.unit}" for value in values)]
     name = f"{study.problem}-{quantity.removesuffix('_rms')}-{study.axis.key.replace('.', '_')}"
-    return Table(name, quantity_label(study, quantity), columns, rows, numeric=tuple(range(1, len(columns))))
+    return Table(
+        name, quantity_label(study, quantity), columns, rows, numeric=tuple(range(1, len(columns)))
+    )
 
 
 def _value_at(one: Series, value: float, quantity: str) -> Cell:
@@ -153,7 +175,11 @@ def _value_at(one: Series, value: float, quantity: str) -> Cell:
     ok = runs[runs.status == "ok"]
     if len(ok) and quantity in ok:
         return Cell(float(ok[quantity].median()), tuple(map(str, ok.index)))
-    return Cell(runs.status.iloc[0].replace("_", " "), tuple(map(str, runs.index))) if len(runs) else Cell()
+    return (
+        Cell(runs.status.iloc[0].replace("_", " "), tuple(map(str, runs.index)))
+        if len(runs)
+        else Cell()
+    )
 
 
 def timings(study: Study) -> Table | None:
@@ -169,7 +195,11 @@ def timings(study: Study) -> Table | None:
             reference = _time_at(base, value) if base is not None else Cell()
             known = isinstance(time.value, float) and isinstance(reference.value, float)
             missing_base |= isinstance(time.value, float) and not known
-            ratio = Cell(time.value / reference.value, time.files + reference.files) if known else Cell()
+            ratio = (
+                Cell(time.value / reference.value, time.files + reference.files)
+                if known
+                else Cell()
+            )
             row += [time, ratio]
         if any(isinstance(cell.value, float) for cell in row):
             rows.append(row)
@@ -179,7 +209,9 @@ def timings(study: Study) -> Table | None:
     for value in values:
         columns += [f"{value:g} {study.axis.unit} [s]", "ratio"]
     left_out = int(((study.runs.status == "ok") & (study.runs.timing_context != "exclusive")).sum())
-    note = "Solver time without compiling, median over repeats; ratio to MPM linear at the same size."
+    note = (
+        "Solver time without compiling, median over repeats; ratio to MPM linear at the same size."
+    )
     note += " A ratio is missing where MPM linear has no exclusive timing." if missing_base else ""
     note += f" {left_out} runs that shared the machine are left out." if left_out else ""
     numeric = tuple(range(1, len(columns)))
@@ -199,7 +231,9 @@ def _baseline(study: Study, one: Series) -> Series | None:
 def _time_at(one: Series, value: float) -> Cell:
     runs = one.finite("solver_time")
     runs = runs[(runs.axis_value == value) & (runs.timing_context == "exclusive")]
-    return Cell(float(runs.solver_time.median()), tuple(map(str, runs.index))) if len(runs) else Cell()
+    return (
+        Cell(float(runs.solver_time.median()), tuple(map(str, runs.index))) if len(runs) else Cell()
+    )
 
 
 def failures(study: Study) -> Table | None:
@@ -219,7 +253,9 @@ def failures(study: Study) -> Table | None:
     ]
     columns = ["curve", "cells", "status", "reason", "time reached [s]", "file"]
     title = "Runs that failed or do not apply"
-    return Table(f"{study.problem}-failures", title, columns, rows, numeric=(1, 4)) if rows else None
+    return (
+        Table(f"{study.problem}-failures", title, columns, rows, numeric=(1, 4)) if rows else None
+    )
 
 
 def all_runs(study: Study) -> Table:
@@ -233,9 +269,20 @@ def all_runs(study: Study) -> Table:
         head = [Cell(labels.get(file, "")), Cell(float(row.resolution)), Cell(float(row.time_step))]
         numbers = [Cell(float(row[name]), (str(file),)) for name in quantities]
         rows.append(
-            [*head, *numbers, Cell(row.timing_context), Cell(row.status.replace("_", " ")), Cell(file, (file,))]
+            [
+                *head,
+                *numbers,
+                Cell(row.timing_context),
+                Cell(row.status.replace("_", " ")),
+                Cell(file, (file,)),
+            ]
         )
-    columns = ["curve", "cells", "time step [s]", *(quantity_label(study, name) for name in quantities)]
+    columns = [
+        "curve",
+        "cells",
+        "time step [s]",
+        *(quantity_label(study, name) for name in quantities),
+    ]
     columns += ["timing", "status", "file"]
     numeric = tuple(range(1, 3 + len(quantities)))
     return Table(f"{study.problem}-runs", "All runs", columns, rows, numeric=numeric)

@@ -2,7 +2,15 @@
 
 import re
 
-from mpmbench.runs.schema import GROUPS, BadInput, all_keys, did_you_mean, experiments, options, unknown_key
+from mpmbench.runs.schema import (
+    GROUPS,
+    BadInput,
+    all_keys,
+    did_you_mean,
+    experiments,
+    options,
+    unknown_key,
+)
 
 # Hydra's options, and how many values follow each.
 FLAGS = {
@@ -30,7 +38,9 @@ def split(arguments: list[str], verbs: list[str]) -> tuple[list[str], list[str]]
         elif argument.startswith("-"):
             name = argument.partition("=")[0]
             if name not in FLAGS:
-                raise BadInput(f"{name}: there is no such option{did_you_mean(name, [*FLAGS, '--help', '--version'])}")
+                raise BadInput(
+                    f"{name}: there is no such option{did_you_mean(name, [*FLAGS, '--help', '--version'])}"
+                )
             values = FLAGS[name] if "=" not in argument else 0
             flags.append(argument)
         else:
@@ -54,7 +64,9 @@ def check_pair(pair: str, verbs: list[str]) -> None:
         raise BadInput(f"{pair}: keys can be neither added nor removed{hint}")
     if not equals:
         hint = did_you_mean(key, verbs)
-        raise BadInput(f"{pair}: neither key=value nor a command{hint or '; commands are ' + ', '.join(verbs)}")
+        raise BadInput(
+            f"{pair}: neither key=value nor a command{hint or '; commands are ' + ', '.join(verbs)}"
+        )
     if key not in all_keys():
         raise unknown_key(key, pair)
     if not value.strip():
@@ -69,5 +81,8 @@ def check_pair(pair: str, verbs: list[str]) -> None:
             if name.strip() not in known:
                 some = list(known)[:MOST_NAMED]
                 more = ", ...; `list` names all" if len(known) > MOST_NAMED else ""
-                hint = did_you_mean(name.strip(), known) or f"; there are {', '.join(some) or 'none'}{more}"
+                hint = (
+                    did_you_mean(name.strip(), known)
+                    or f"; there are {', '.join(some) or 'none'}{more}"
+                )
                 raise BadInput(f"{pair}: there is no {key} {name.strip() or chr(39) * 2}{hint}")

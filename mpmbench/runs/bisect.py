@@ -1,8 +1,9 @@
 """Bisection of a key between runs that survive and runs that fail, for experiments that ask for it in a comment.
 
-A line ``# reproduce: bisect cfl to 0.01`` in an experiment makes `reproduce` halve, for each of its cases, the interval
-between the largest value that ends well and the smallest that does not, until it is smaller than the given fraction of
-the value. The experiment's own values of the key are the first bracket.
+A line ``# reproduce: bisect cfl to 0.01`` in an experiment makes `reproduce` halve, for each of its
+cases, the interval between the largest value that ends well and the smallest that does not, until
+it is smaller than the given fraction of the value. The experiment's own values of the key are the
+first bracket.
 """
 
 import json
@@ -67,11 +68,17 @@ def next_round(bisection: Bisection, results: Path, names: set[str]) -> list[str
     runs = [(config, status) for name, config, status in _runs(results) if name in names]
     cases = []
     for case in bisection.cases:
-        values = [(_value(config, bisection.key), status) for config, status in runs if _belongs(config, case)]
+        values = [
+            (_value(config, bisection.key), status)
+            for config, status in runs
+            if _belongs(config, case)
+        ]
         high = min((value for value, status in values if status in FAILED), default=None)
         if high is None:
             continue
-        low = max((value for value, status in values if status in SURVIVED and value < high), default=None)
+        low = max(
+            (value for value, status in values if status in SURVIVED and value < high), default=None
+        )
         if low is not None and high - low > bisection.tolerance * high:
             cases.append(f"{case} {bisection.key}={0.5 * (low + high):.6g}")
     return cases
@@ -89,7 +96,9 @@ def write_round(file: Path, campaign: str, cases: list[str], folder: Path) -> st
     name = f"{file.stem}_bisection"
     target = folder / "conf" / "experiments" / f"{name}.yaml"
     target.parent.mkdir(parents=True)
-    target.write_text("# @package _global_\n" + yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    target.write_text(
+        "# @package _global_\n" + yaml.safe_dump(content, sort_keys=False), encoding="utf-8"
+    )
     return name
 
 
@@ -119,4 +128,7 @@ def _value(config: dict[str, Any], key: str) -> Any:
 
 
 def _belongs(config: dict[str, Any], case: str) -> bool:
-    return all(str(_value(config, key)) == value for key, _, value in (word.partition("=") for word in case.split()))
+    return all(
+        str(_value(config, key)) == value
+        for key, _, value in (word.partition("=") for word in case.split())
+    )

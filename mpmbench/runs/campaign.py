@@ -13,14 +13,16 @@ from mpmbench.runs.result import read_scalars
 from mpmbench.runs.schema import GROUPS, BadInput
 from mpmbench.runs.settings import dotted
 
-# In this order, and whenever they vary; any other setting only where these do not tell two runs apart.
+# In this order, and whenever they vary; any other setting only where these do not tell two runs
+# apart.
 AXES = ("problem", "method", "basis", "material", "resolution", "time_step", "particles_per_cell")
 
 
 class CubeArray(xr.DataArray):
     """A DataArray in which ``sel(method="otm")`` selects from the dimension ``method``.
 
-    In xarray that argument names the way to look up inexact labels; it still does when there is no such dimension.
+    In xarray that argument names the way to look up inexact labels; it still does when there is no
+    such dimension.
     """
 
     __slots__ = ()
@@ -59,10 +61,11 @@ def open_campaign(path: str | Path) -> Cube:
     Returns
     -------
     Cube
-        An `xarray.Dataset` with dimensions ``method``, ``basis``, ``resolution``, ``time_step``, ... as far as they
-        vary, and others by their full key (``"material.density"``); what is the same for all runs is an attribute. The
-        scalars are variables with their units, not-a-number where there is no run or no value. ``status``
-        (``"missing"`` where there is no run), ``reason`` and ``file`` are variables too.
+        An `xarray.Dataset` with dimensions ``method``, ``basis``, ``resolution``, ``time_step``,
+        ... as far as they vary, and others by their full key (``"material.density"``); what is the
+        same for all runs is an attribute. The scalars are variables with their units, not-a-number
+        where there is no run or no value. ``status`` (``"missing"`` where there is no run),
+        ``reason`` and ``file`` are variables too.
 
     Raises
     ------
@@ -81,14 +84,20 @@ def open_campaign(path: str | Path) -> Cube:
     axes = find_axes(settings)
     coordinates = {axis: _sorted({setting.get(axis) for setting in settings}) for axis in axes}
     shape = tuple(len(values) for values in coordinates.values())
-    position = {axis: {value: i for i, value in enumerate(values)} for axis, values in coordinates.items()}
+    position = {
+        axis: {value: i for i, value in enumerate(values)} for axis, values in coordinates.items()
+    }
     text = {name: np.full(shape, "", dtype=object) for name in ("status", "reason", "file")}
     text["status"][...] = "missing"
     numbers: dict[str, np.ndarray] = {}
     labels: dict[str, dict[str, str]] = {}
     for setting, (attributes, scalars, file) in zip(settings, runs, strict=True):
         at = tuple(position[axis][setting.get(axis)] for axis in axes)
-        text["status"][at], text["reason"][at], text["file"][at] = attributes["status"], attributes["reason"], str(file)
+        text["status"][at], text["reason"][at], text["file"][at] = (
+            attributes["status"],
+            attributes["reason"],
+            str(file),
+        )
         for name, (value, label) in scalars.items():
             numbers.setdefault(name, np.full(shape, np.nan))[at] = value
             labels[name] = label
@@ -97,7 +106,9 @@ def open_campaign(path: str | Path) -> Cube:
         cube[name] = (tuple(axes), values, labels[name])
     for name, words in text.items():
         cube[name] = (tuple(axes), words.astype(str))
-    cube.attrs = {key: value for key, value in settings[0].items() if key not in axes and _same(key, settings)}
+    cube.attrs = {
+        key: value for key, value in settings[0].items() if key not in axes and _same(key, settings)
+    }
     return cube
 
 
@@ -116,7 +127,10 @@ def flat_settings(attributes: dict[str, Any]) -> dict[str, Any]:
     """Settings of a run by their dotted keys, those of a choice's name by the choice."""
     config = json.loads(attributes["config"])
     flat = dotted({key: value for key, value in config.items() if key not in NOT_PART_OF_A_RUN})
-    return {_axis_name(key): tuple(value) if isinstance(value, list) else value for key, value in flat.items()}
+    return {
+        _axis_name(key): tuple(value) if isinstance(value, list) else value
+        for key, value in flat.items()
+    }
 
 
 def _axis_name(key: str) -> str:
@@ -132,7 +146,8 @@ def find_axes(settings: list[dict[str, Any]]) -> list[str]:
     for key in varying:
         groups: dict[tuple[Any, ...], Any] = {}
         told_apart = all(
-            groups.setdefault(tuple(setting.get(axis) for axis in axes), setting.get(key)) == setting.get(key)
+            groups.setdefault(tuple(setting.get(axis) for axis in axes), setting.get(key))
+            == setting.get(key)
             for setting in settings
         )
         if key not in axes and not told_apart:
@@ -146,7 +161,10 @@ def _same(key: str, settings: list[dict[str, Any]]) -> bool:
 
 def _sorted(values: set[Any]) -> list[Any]:
     """Numbers in order, then words, then nothing."""
-    return sorted(values, key=lambda value: (value is None, isinstance(value, str), 0 if value is None else value))
+    return sorted(
+        values,
+        key=lambda value: (value is None, isinstance(value, str), 0 if value is None else value),
+    )
 
 
 def _coordinate(values: list[Any]) -> list[Any]:

@@ -58,39 +58,60 @@ def read(config: Config) -> Case:
     resolution, per_cell = int(config["resolution"]), int(config["particles_per_cell"])
     require(resolution >= 1, "resolution", config["resolution"], "a whole number >= 1")
     case = Case(
-        **built, choices=choices, basis_name=config["basis"]["name"], resolution=resolution, particles_per_cell=per_cell
+        **built,
+        choices=choices,
+        basis_name=config["basis"]["name"],
+        resolution=resolution,
+        particles_per_cell=per_cell,
     )
     problem, dimension = case.problem, case.problem.dimension
     problem.check_particles(per_cell)
     try:
         step = registry.get("method", choices.time)
     except KeyError:
-        raise BadSetting("method.time", choices.time, "one of " + ", ".join(registry.names("method"))) from None
+        raise BadSetting(
+            "method.time", choices.time, "one of " + ", ".join(registry.names("method"))
+        ) from None
     getattr(step, "check", lambda _: None)(choices)
     getattr(step, "check_basis", lambda _: None)(case.basis_name)
     getattr(case.basis, "check", lambda *_: None)(choices, problem.touches_fixed_nodes)
     if choices.ghost_stiffness > 0.0 and not getattr(case.basis, "background_grid", False):
-        raise NotApplicable(f"method.ghost_stiffness > 0 needs a background grid, and basis={case.basis_name} has none")
+        raise NotApplicable(
+            f"method.ghost_stiffness > 0 needs a background grid, and basis={case.basis_name} has none"
+        )
     needs = getattr(step, "needs", None)
     if needs is not None and not has_version(needs, type(case.material.law)):
         name = config["material"]["name"]
-        raise NotApplicable(f"method.time={choices.time} needs {needs.__name__}, which material={name} does not have")
+        raise NotApplicable(
+            f"method.time={choices.time} needs {needs.__name__}, which material={name} does not have"
+        )
     if dimension not in case.basis.promises.dimensions:
         raise NotApplicable(f"basis={case.basis_name} does not exist in {dimension}D")
     problem.check(case.material, choices, case.basis_name, resolution)
     if case.basis.promises.grid and not isinstance(problem.nodes(resolution, choices), Box):
-        raise NotApplicable(f"basis={case.basis_name} needs a grid, and {config['problem']['name']} has free nodes")
+        raise NotApplicable(
+            f"basis={case.basis_name} needs a grid, and {config['problem']['name']} has free nodes"
+        )
     return case
 
 
 def _plugin(kind: str, settings: Mapping[str, Any]) -> Any:
-    return _instantiate(kind, registry.get(kind, settings["name"]), {k: v for k, v in settings.items() if k != "name"})
+    return _instantiate(
+        kind,
+        registry.get(kind, settings["name"]),
+        {k: v for k, v in settings.items() if k != "name"},
+    )
 
 
 def _instantiate(kind: str, cls: type, settings: Mapping[str, Any]) -> Any:
     known = {field.name for field in fields(cls)}
     for key in settings:
-        require(key in known, f"{kind}.{key}", settings[key], f"a key that {kind} has ({', '.join(sorted(known))})")
+        require(
+            key in known,
+            f"{kind}.{key}",
+            settings[key],
+            f"a key that {kind} has ({', '.join(sorted(known))})",
+        )
     try:
         return cls(**settings)
     except BadSetting as error:
@@ -107,11 +128,19 @@ def estimate_memory(config: Config) -> float:
     case = read(config)
     dim = case.problem.dimension
     geometry = case.problem.nodes(case.resolution, case.choices)
-    cells = float(np.prod([float(n) for n in geometry.cells])) if isinstance(geometry, Box) else len(geometry.nodes)
-    particle = 8.0 * (8 + 5 * dim + 3 * dim**2) * 4  # arrays, their snapshots, and the state that is warmed up
+    cells = (
+        float(np.prod([float(n) for n in geometry.cells]))
+        if isinstance(geometry, Box)
+        else len(geometry.nodes)
+    )
+    particle = (
+        8.0 * (8 + 5 * dim + 3 * dim**2) * 4
+    )  # arrays, their snapshots, and the state that is warmed up
     clouds = case.choices.moving or not case.basis.promises.grid
     stencil = 8.0 * 5**dim * (2 + 2 * dim) if clouds else 0.0
-    if case.choices.time != "explicit":  # where each pair of functions of a particle goes in the matrix, and its band
+    if (
+        case.choices.time != "explicit"
+    ):  # where each pair of functions of a particle goes in the matrix, and its band
         pairs = (3**dim) ** 2 if clouds else (2**dim) ** 2
         stencil += 4.0 * pairs
         cells_across = cells ** (1.0 - 1.0 / dim)
@@ -127,7 +156,9 @@ def build(case: Case) -> State:
     problem, material = case.problem, case.material
     X, V0 = problem.seed(case.resolution, case.particles_per_cell)
     X = problem.place(X, case.resolution, case.choices)
-    particles = Particles.at_rest(X, V0, material.density, problem.tracers(), material.history, material.rate_dependent)
+    particles = Particles.at_rest(
+        X, V0, material.density, problem.tracers(), material.history, material.rate_dependent
+    )
     particles.v[:] = problem.velocity(particles.X, material)
     problem.prepare(particles, material)
     body = Body(
@@ -152,12 +183,14 @@ def solve(config: Config, progress: Progress | None = None) -> xr.Dataset:
     config : mapping
         The resolved configuration.
     progress : callable or None
-        ``progress(fraction, time)``, first with 0 when set-up and compiling are over and the solver starts.
+        ``progress(fraction, time)``, first with 0 when set-up and compiling are over and the solver
+        starts.
 
     Returns
     -------
     xarray.Dataset
-        As the house plan says (section 4), without provenance; a numerical failure is a status, not an exception.
+        As the house plan says (section 4), without provenance; a numerical failure is a status, not
+        an exception.
     """
     case = read(config)
     end_time = float(config["end_time"])
@@ -168,7 +201,9 @@ def solve(config: Config, progress: Progress | None = None) -> xr.Dataset:
         time_step = _time_step(config, case, state)
         warm = build(case)
         first = time_step(warm) if callable(time_step) else time_step
-        simulate(warm, first, min(first, end_time))  # compiles, so that the run itself is timed without it
+        simulate(
+            warm, first, min(first, end_time)
+        )  # compiles, so that the run itself is timed without it
         del warm
     except SolverFailure as failure:
         solution = Solution(status=failure.status, reason=f"{failure} (before the first step)")
@@ -186,7 +221,9 @@ def _time_step(config: Config, case: Case, state: State) -> float | Callable[[St
     return adaptive if adaptive is not None else float(config["cfl"]) * stability_limit(state)
 
 
-def dataset(config: Config, case: Case, state: State | None, solution: Solution, compile_time: float) -> xr.Dataset:
+def dataset(
+    config: Config, case: Case, state: State | None, solution: Solution, compile_time: float
+) -> xr.Dataset:
     """All that a run has to say, as one dataset with units."""
     out = xr.Dataset(
         attrs={
@@ -195,7 +232,9 @@ def dataset(config: Config, case: Case, state: State | None, solution: Solution,
             **{kind: config[kind]["name"] for kind in ("problem", "method", "basis", "material")},
             "mass": case.choices.mass,
             "resolution": case.resolution,
-            "time_step": solution.time_step if solution.time_step > 0.0 else str(config["time_step"]),
+            "time_step": solution.time_step
+            if solution.time_step > 0.0
+            else str(config["time_step"]),
             "particles_per_cell": case.particles_per_cell,
         }
     )
@@ -212,18 +251,34 @@ def dataset(config: Config, case: Case, state: State | None, solution: Solution,
         return out
     particles, X = state.particles, state.particles.X[state.particles.material]
     scalar("n_particles", len(X), "1", "number of particles with mass")
-    scalar("n_nodes", len(state.basis.nodes), "1", "number of nodes (degrees of freedom per component)")
+    scalar(
+        "n_nodes", len(state.basis.nodes), "1", "number of nodes (degrees of freedom per component)"
+    )
     for name, (value, unit, text) in getattr(state.basis, "statistics", dict)().items():
         scalar(name, value, unit, text)
-    scalar("n_cell_crossings", solution.cell_crossings, "1", "number of times a particle has changed its grid cell")
+    scalar(
+        "n_cell_crossings",
+        solution.cell_crossings,
+        "1",
+        "number of times a particle has changed its grid cell",
+    )
     _add_history(out, solution, scalar)
     _add_records(out, solution)
     _add_snapshots(out, case, particles, X, solution)
     if solution.status == "ok":
         _add_errors(case, X, solution, scalar)
-        floor = case.problem.temporal_floor(solution.time_step, solution.time_reached, X, case.material)
-        scalar("predicted_temporal_floor", floor, "m", "displacement error of the time integration alone, predicted")
-    for name, (value, unit, text, *dims) in case.problem.quantities(solution, case.material).items():
+        floor = case.problem.temporal_floor(
+            solution.time_step, solution.time_reached, X, case.material
+        )
+        scalar(
+            "predicted_temporal_floor",
+            floor,
+            "m",
+            "displacement error of the time integration alone, predicted",
+        )
+    for name, (value, unit, text, *dims) in case.problem.quantities(
+        solution, case.material
+    ).items():
         default = ("time",) if np.ndim(value) else ()
         out[name] = (dims[0] if dims else default, value, {"units": unit, "long_name": text})
     return out
@@ -240,7 +295,10 @@ def _add_history(out: xr.Dataset, solution: Solution, scalar: Callable[..., None
         ("angular_momentum", "kg m2 s-1", ("time", "axis")),
     ):
         out[name] = (dims, history[name], {"units": unit, "long_name": name.replace("_", " ")})
-    kinetic, energy = history["kinetic_energy"], history["kinetic_energy"] + history["strain_energy"]
+    kinetic, energy = (
+        history["kinetic_energy"],
+        history["kinetic_energy"] + history["strain_energy"],
+    )
     balance = np.abs(energy - history["external_work"] - energy[0])
     scale = max(energy[0], kinetic.max())
     scalar(
@@ -256,7 +314,13 @@ def _add_history(out: xr.Dataset, solution: Solution, scalar: Callable[..., None
 def _add_records(out: xr.Dataset, solution: Solution) -> None:
     """What the time loop noted about each step; lists of different lengths are padded with nan."""
     for name, row_dim, dim, unit, text in (
-        ("newton_residual", "tried", "iteration", "1", "residual of Newton's iteration relative to the external force"),
+        (
+            "newton_residual",
+            "tried",
+            "iteration",
+            "1",
+            "residual of Newton's iteration relative to the external force",
+        ),
         ("reaction", "solved", "dim", "N", "sum of the forces that hold the constrained nodes"),
     ):
         rows = solution.records.get(name)
@@ -268,18 +332,40 @@ def _add_records(out: xr.Dataset, solution: Solution) -> None:
             out[name].attrs = {"units": unit, "long_name": text}
     if "newton_residual" in solution.records:
         for name, record, text in (
-            ("stiffened_steps", "stiffened_at", "number of steps that converged with a stiffer tangent only"),
-            ("halved_steps", "halved_at", "number of steps that did not converge and were done in two halves"),
+            (
+                "stiffened_steps",
+                "stiffened_at",
+                "number of steps that converged with a stiffer tangent only",
+            ),
+            (
+                "halved_steps",
+                "halved_at",
+                "number of steps that did not converge and were done in two halves",
+            ),
         ):
-            out[name] = ((), len(solution.records.get(record, [])), {"units": "1", "long_name": text})
+            out[name] = (
+                (),
+                len(solution.records.get(record, [])),
+                {"units": "1", "long_name": text},
+            )
 
 
-def _add_snapshots(out: xr.Dataset, case: Case, p: Particles, X: np.ndarray, solution: Solution) -> None:
+def _add_snapshots(
+    out: xr.Dataset, case: Case, p: Particles, X: np.ndarray, solution: Solution
+) -> None:
     keep = p.material
     shots = solution.snapshots
     times = np.array([shot["time"] for shot in shots])
-    out.coords["snapshot_time"] = ("snapshot", times, {"units": "s", "long_name": "time of the snapshot"})
-    out["position_initial"] = (("particle", "dim"), X, {"units": "m", "long_name": "initial position"})
+    out.coords["snapshot_time"] = (
+        "snapshot",
+        times,
+        {"units": "s", "long_name": "time of the snapshot"},
+    )
+    out["position_initial"] = (
+        ("particle", "dim"),
+        X,
+        {"units": "m", "long_name": "initial position"},
+    )
     vector, tensor = ("snapshot", "particle", "dim"), ("snapshot", "particle", "dim", "dim2")
     position = np.array([shot["x"][keep] for shot in shots])
     computed = {
@@ -287,7 +373,11 @@ def _add_snapshots(out: xr.Dataset, case: Case, p: Particles, X: np.ndarray, sol
         "displacement": (vector, position - X, "m"),
         "velocity": (vector, np.array([shot["v"][keep] for shot in shots]), "m s-1"),
         "stress": (tensor, np.array([shot["sigma"][keep] for shot in shots]), "Pa"),
-        "volume": (("snapshot", "particle"), np.array([shot["V"][keep] for shot in shots]), f"m{p.dimension}"),
+        "volume": (
+            ("snapshot", "particle"),
+            np.array([shot["V"][keep] for shot in shots]),
+            f"m{p.dimension}",
+        ),
     }
     for name, (dims, values, unit) in computed.items():
         out[name] = (dims, values, {"units": unit, "long_name": name})
@@ -298,7 +388,11 @@ def _add_snapshots(out: xr.Dataset, case: Case, p: Particles, X: np.ndarray, sol
     for name, dims in (("displacement", vector), ("velocity", vector), ("stress", tensor)):
         exact = [_exact(case, X, t, half if t > 0.0 else 0.0).get(name) for t in times]
         if all(part is not None for part in exact):
-            out[f"{name}_exact"] = (dims, np.array(exact), {"units": UNITS[name], "long_name": f"exact {name}"})
+            out[f"{name}_exact"] = (
+                dims,
+                np.array(exact),
+                {"units": UNITS[name], "long_name": f"exact {name}"},
+            )
 
 
 def _velocity_lag(case: Case, solution: Solution) -> float:
@@ -317,16 +411,29 @@ def _exact(case: Case, X: np.ndarray, t: float, half_step: float) -> dict[str, n
 def _add_errors(case: Case, X: np.ndarray, solution: Solution, scalar: Callable[..., None]) -> None:
     last, t = solution.snapshots[-1], solution.time_reached
     n = len(X)
-    computed = {"displacement": last["x"][:n] - X, "velocity": last["v"][:n], "stress": last["sigma"][:n]}
+    computed = {
+        "displacement": last["x"][:n] - X,
+        "velocity": last["v"][:n],
+        "stress": last["sigma"][:n],
+    }
     references = {"": _exact(case, X, t, _velocity_lag(case, solution))}
     references["_alternative"] = case.problem.alternative(X, t, case.material)
     for suffix, exact in references.items():
         for name, reference in exact.items():
             error, relative = error_norms(computed[name], reference)
-            text = f"root mean square error of the {name}" + (" against the second reference" if suffix else "")
+            text = f"root mean square error of the {name}" + (
+                " against the second reference" if suffix else ""
+            )
             scalar(f"error_{name}_rms{suffix}", error, UNITS[name], text)
-            scalar(f"error_{name}_relative{suffix}", relative, "1", text + ", relative to the field")
+            scalar(
+                f"error_{name}_relative{suffix}", relative, "1", text + ", relative to the field"
+            )
         if not suffix and "stress" in exact and X.shape[1] > 1:
             error, relative = error_norms(computed["stress"][:, 0, 0], exact["stress"][:, 0, 0])
-            scalar("error_stress_11_rms", error, "Pa", "root mean square error of the normal stress along x_1")
+            scalar(
+                "error_stress_11_rms",
+                error,
+                "Pa",
+                "root mean square error of the normal stress along x_1",
+            )
             scalar("error_stress_11_relative", relative, "1", "the same, relative to the field")

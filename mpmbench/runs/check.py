@@ -1,6 +1,7 @@
 """The command ``check``: the contract of a plug-in file as a scorecard.
 
-Every check runs in the child process, so that a plug-in that hangs or crashes loses one line of the card.
+Every check runs in the child process, so that a plug-in that hangs or crashes loses one line of the
+card.
 """
 
 import os
@@ -40,7 +41,9 @@ def main(arguments: list[str]) -> int:
         raise BadInput(f"check {file.name}: it cannot be imported: {brought}")
     if not brought:
         kinds = ", ".join(PACKAGES)
-        raise BadInput(f"check {file.name}: it registers nothing; @register(kind, name) does, with a kind of {kinds}")
+        raise BadInput(
+            f"check {file.name}: it registers nothing; @register(kind, name) does, with a kind of {kinds}"
+        )
     passed = total = late = 0
     for kind, name in brought:
         print(f"{kind} {name}")
@@ -62,7 +65,9 @@ def main(arguments: list[str]) -> int:
     return 0 if passed == total else 1
 
 
-def scorecard(kind: str, name: str, deadline: float) -> Iterator[tuple[str, dict[str, tuple[bool, str]]]]:
+def scorecard(
+    kind: str, name: str, deadline: float
+) -> Iterator[tuple[str, dict[str, tuple[bool, str]]]]:
     """Rows of the card: the name of a check, and by case whether it passed and what was found."""
     problem = declaration(kind, name)
     yield "its YAML file", {"conf": (not problem, problem)}
@@ -81,7 +86,9 @@ def scorecard(kind: str, name: str, deadline: float) -> Iterator[tuple[str, dict
         for label, checks in outline:
             if check in checks:
                 answer = ask("judge", kind, name, settings, label, check, deadline=deadline)
-                cells[label] = (False, answer) if isinstance(answer, str) else (answer.passed, answer.text)
+                cells[label] = (
+                    (False, answer) if isinstance(answer, str) else (answer.passed, answer.text)
+                )
         yield check, cells
 
 
@@ -91,7 +98,9 @@ def ask(*request: Any, deadline: float) -> Any:
     if left <= 0.0:
         return OVER
     try:
-        return isolation.ask(*request, limits=LIMITS | {"setup": min(left, LIMITS["setup"] or left)})
+        return isolation.ask(
+            *request, limits=LIMITS | {"setup": min(left, LIMITS["setup"] or left)}
+        )
     except isolation.Ended as end:
         return end.reason
 
@@ -124,7 +133,9 @@ def runs(config: dict[str, Any], reason: str, deadline: float) -> tuple[bool, st
         return False, f"does not apply to {config['problem']['name']}: {reason}"
     step = config["time_step"]
     short = config | {
-        "end_time": config["end_time"] * 1e-3 if step == "auto" else min(config["end_time"], STEPS * step)
+        "end_time": config["end_time"] * 1e-3
+        if step == "auto"
+        else min(config["end_time"], STEPS * step)
     }
     answer = ask("solve", short, deadline=deadline)
     if isinstance(answer, str):

@@ -1,6 +1,7 @@
 """The command ``compare``: what has become better or worse from one campaign to another.
 
-Failures, accuracy, order and speed are judged separately, over the runs with the same configuration.
+Failures, accuracy, order and speed are judged separately, over the runs with the same
+configuration.
 """
 
 from collections import Counter
@@ -41,14 +42,18 @@ class Aspect:
             self.lines.append(f"  {verdict:<10} {item:<46} {text}".rstrip())
 
     def __str__(self) -> str:
-        counts = ", ".join(f"{number} {verdict}" for verdict, number in sorted(self.verdicts.items()))
+        counts = ", ".join(
+            f"{number} {verdict}" for verdict, number in sorted(self.verdicts.items())
+        )
         return "\n".join([f"{self.name}: {counts or 'nothing to compare'}", *self.lines])
 
 
 def main(arguments: list[str]) -> int:
     """``compare A B``: two folders of results, the older one first."""
     if len(arguments) != 2:
-        raise BadInput("compare: two folders of results are needed, the older one first: `compare results/a results/b`")
+        raise BadInput(
+            "compare: two folders of results are needed, the older one first: `compare results/a results/b`"
+        )
     before, after = (read(Path(argument)) for argument in arguments)
     reason = not_comparable(before, after)
     if reason:
@@ -57,7 +62,12 @@ def main(arguments: list[str]) -> int:
     pairs = paired(before, after)
     alone = [len(campaign.runs) - len(pairs) for campaign in (before, after)]
     print(f"{len(pairs)} runs in both, {alone[0]} only in A, {alone[1]} only in B")
-    aspects = [failures(pairs), accuracy(pairs), orders(before, after, pairs), speed(before, after, pairs)]
+    aspects = [
+        failures(pairs),
+        accuracy(pairs),
+        orders(before, after, pairs),
+        speed(before, after, pairs),
+    ]
     for aspect in aspects:
         print(aspect)
     return exit_code(*aspects)
@@ -85,7 +95,10 @@ def read(folder: Path) -> Campaign:
 
 def not_comparable(before: Campaign, after: Campaign) -> str:
     """Why two campaigns cannot be compared; empty when they can."""
-    versions = [set(campaign.provenance.get("schema_version", pd.Series(dtype=object))) for campaign in (before, after)]
+    versions = [
+        set(campaign.provenance.get("schema_version", pd.Series(dtype=object)))
+        for campaign in (before, after)
+    ]
     if before.runs.empty or after.runs.empty:
         return "one of them has no readable result"
     if versions[0] != versions[1]:
@@ -97,7 +110,10 @@ def not_comparable(before: Campaign, after: Campaign) -> str:
 
 def paired(before: Campaign, after: Campaign) -> pd.DataFrame:
     """Runs of the same configuration side by side: columns end in ``_a`` and ``_b``, the index is B's file."""
-    columns = [runs.reset_index(names="file").set_index("config_hash") for runs in (before.runs, after.runs)]
+    columns = [
+        runs.reset_index(names="file").set_index("config_hash")
+        for runs in (before.runs, after.runs)
+    ]
     return columns[0].add_suffix("_a").join(columns[1].add_suffix("_b"), how="inner")
 
 
@@ -106,7 +122,9 @@ def failures(pairs: pd.DataFrame) -> Aspect:
     aspect = Aspect("failures")
     for _, run in pairs.iterrows():
         had, has = run.status_a, run.status_b
-        lost = has != "ok" and (had == "ok" or (had == "not_applicable" and has != "not_applicable"))
+        lost = has != "ok" and (
+            had == "ok" or (had == "not_applicable" and has != "not_applicable")
+        )
         healed = has == "ok" and had != "ok"
         verdict = "new" if lost else "healed" if healed else "same"
         aspect.judge(verdict, run.file_b, f"{had} -> {has}" + (f": {run.reason_b}" if lost else ""))
@@ -127,7 +145,13 @@ def accuracy(pairs: pd.DataFrame) -> Aspect:
         worst = max(changes, key=lambda name: changes[name])
         best = min(changes, key=lambda name: changes[name])
         name = worst if changes[worst] > ACCURACY else best
-        verdict = "worse" if changes[worst] > ACCURACY else "better" if changes[best] < -ACCURACY else "same"
+        verdict = (
+            "worse"
+            if changes[worst] > ACCURACY
+            else "better"
+            if changes[best] < -ACCURACY
+            else "same"
+        )
         text = f"{name}: {run[f'{name}_a']:.4g} -> {run[f'{name}_b']:.4g} ({changes[name]:+.1%})"
         aspect.judge(verdict, run.file_b, text)
     return aspect
@@ -143,7 +167,9 @@ def orders(before: Campaign, after: Campaign, pairs: pd.DataFrame) -> Aspect:
         if not np.isfinite([a.order, a.half_width, b.order, b.half_width]).all():
             continue  # two levels have a slope, but no interval
         changed = (
-            abs(b.order - a.order) > ORDER and not (b.low <= a.order <= b.high) and not (a.low <= b.order <= a.high)
+            abs(b.order - a.order) > ORDER
+            and not (b.low <= a.order <= b.high)
+            and not (a.low <= b.order <= a.high)
         )
         verdict = "same" if not changed else "worse" if b.order < a.order else "better"
         text = f"{key[2]}: p = {order_with_interval(a)} -> {order_with_interval(b)}"
@@ -175,8 +201,9 @@ def curves(campaign: Campaign) -> dict[tuple[str, str, str], OrderEstimate]:
 def speed(before: Campaign, after: Campaign, pairs: pd.DataFrame) -> Aspect:
     """Solver times of each method and basis on each problem, by a rank test over all repeats.
 
-    Times of different configurations are made comparable by dividing each by the geometric mean of its configuration
-    (aligned ranks). Only runs on the same machine that had it to themselves count.
+    Times of different configurations are made comparable by dividing each by the geometric mean of
+    its configuration (aligned ranks). Only runs on the same machine that had it to themselves
+    count.
     """
     aspect = Aspect(f"speed (by more than {SPEED:.0%}, p < {SIGNIFICANCE:g})")
     groups: dict[tuple[str, str], list[tuple[np.ndarray, np.ndarray]]] = {}
@@ -202,7 +229,8 @@ def speed(before: Campaign, after: Campaign, pairs: pd.DataFrame) -> Aspect:
 def rank_test(cells: list[tuple[np.ndarray, np.ndarray]], significance: float) -> tuple[str, str]:
     """Verdict and text for the logarithms of the times before and after in each configuration.
 
-    Mann and Whitney's test on aligned observations (Hodges and Lehmann, Ann. Math. Statist. 33, 1962, 482-497).
+    Mann and Whitney's test on aligned observations (Hodges and Lehmann, Ann. Math. Statist. 33,
+    1962, 482-497).
     """
     centres = [0.5 * (a.mean() + b.mean()) for a, b in cells]
     a = np.concatenate([cell[0] - centre for cell, centre in zip(cells, centres, strict=True)])

@@ -97,7 +97,9 @@ class Sweeping:
 
     announce: Callable[[sweep.Plan], Any] = lambda plan: None  # what is done once the plan stands
     only_plan: bool = False  # stop then
-    plan: sweep.Plan | None = None  # stands already: a launcher has died, and what it left undone is launched again
+    plan: sweep.Plan | None = (
+        None  # stands already: a launcher has died, and what it left undone is launched again
+    )
     single: dict[str, Any] | None = None  # configuration of a run that is no sweep
     done: Callable[[], Container[str]] = tuple  # names of the runs that have ended
 
@@ -117,12 +119,17 @@ def plan_batch(self: Any, batch: list[list[str]]) -> None:
     """
     if sweeping.plan is None:
         if self.max_batch_size:
-            raise BadInput("hydra.sweeper.max_batch_size: a sweep is checked as a whole before it runs; leave it out")
+            raise BadInput(
+                "hydra.sweeper.max_batch_size: a sweep is checked as a whole before it runs; leave it out"
+            )
         loader = self.hydra_context.config_loader
-        combinations = [cell for overrides in batch for cell in expand_cases(self.config, list(overrides))]
+        combinations = [
+            cell for overrides in batch for cell in expand_cases(self.config, list(overrides))
+        ]
         composer = Composer(lambda choices: loader.load_sweep_config(self.config, choices))
         sweeping.plan = sweep.make_plan(
-            combinations, lambda cell: composer.cell(cell) or compose_cell(loader, self.config, cell)
+            combinations,
+            lambda cell: composer.cell(cell) or compose_cell(loader, self.config, cell),
         )
         launchers.prepare(self.launcher, self.config, sweeping.plan, sweeping.only_plan)
         sweeping.announce(sweeping.plan)
@@ -151,20 +158,29 @@ def expand_cases(master: DictConfig, overrides: list[str]) -> list[list[str]]:
     return cells
 
 
-def compose_cell(loader: Any, master: DictConfig, overrides: list[str]) -> tuple[dict[str, Any], str]:
+def compose_cell(
+    loader: Any, master: DictConfig, overrides: list[str]
+) -> tuple[dict[str, Any], str]:
     """Configuration of one cell, and why it does not apply, if so.
 
-    A key that the chosen option lacks but another one has is set aside for composing and then put back.
+    A key that the chosen option lacks but another one has is set aside for composing and then put
+    back.
     """
     try:
         return resolved(loader.load_sweep_config(master, list(overrides)))
     except HydraException:
-        below = [text for text in overrides if text.startswith(tuple(f"{group}." for group in GROUPS))]
-        choices = loader.load_sweep_config(master, [text for text in overrides if text not in below])
+        below = [
+            text for text in overrides if text.startswith(tuple(f"{group}." for group in GROUPS))
+        ]
+        choices = loader.load_sweep_config(
+            master, [text for text in overrides if text not in below]
+        )
         foreign = [text for text in below if not _has(choices, text.partition("=")[0])]
         if not foreign:
             raise
-        composed = loader.load_sweep_config(master, [text for text in overrides if text not in foreign])
+        composed = loader.load_sweep_config(
+            master, [text for text in overrides if text not in foreign]
+        )
         for override in OverridesParser.create().parse_overrides(foreign):
             group, _, key = override.key_or_group.partition(".")
             with open_dict(composed[group]):
@@ -186,15 +202,19 @@ def resolved(composed: DictConfig) -> tuple[dict[str, Any], str]:
 def as_sweep(pairs: Sequence[str]) -> list[str]:
     """Pairs for a sweep, with keys below groups as choices of one.
 
-    Hydra applies single values to the options chosen first, where a key of another option does not exist; it leaves
-    choices to the cells.
+    Hydra applies single values to the options chosen first, where a key of another option does not
+    exist; it leaves choices to the cells.
     """
     parser = OverridesParser.create()
     rewritten = []
     for pair in pairs:
         key, _, value = pair.partition("=")
         group, _, name = key.partition(".")
-        if group in GROUPS and name in declared_anywhere(group) and not parser.parse_override(pair).is_sweep_override():
+        if (
+            group in GROUPS
+            and name in declared_anywhere(group)
+            and not parser.parse_override(pair).is_sweep_override()
+        ):
             pair = f"{key}=choice({value})"
         rewritten.append(pair)
     return rewritten
@@ -207,7 +227,9 @@ def wants_many(flags: Sequence[str], pairs: Sequence[str]) -> bool:
     return "-m" in flags or "--multirun" in flags or hydra.get("mode") == "MULTIRUN"
 
 
-def call_hydra(task: Callable[[Any], None], flags: Sequence[str], pairs: Sequence[str], ledger: Path) -> None:
+def call_hydra(
+    task: Callable[[Any], None], flags: Sequence[str], pairs: Sequence[str], ledger: Path
+) -> None:
     """Let Hydra compose, and run `task` on every composed configuration; `ledger` is the folder of its sweeps.
 
     Raises
@@ -217,10 +239,16 @@ def call_hydra(task: Callable[[Any], None], flags: Sequence[str], pairs: Sequenc
     """
 
     def action() -> None:
-        arguments = [*flags, *(as_sweep(pairs) if wants_many(flags, pairs) else pairs), f"hydra.sweep.dir={ledger}"]
+        arguments = [
+            *flags,
+            *(as_sweep(pairs) if wants_many(flags, pairs) else pairs),
+            f"hydra.sweep.dir={ledger}",
+        ]
         before, sys.argv = sys.argv, ["mpmbench", *arguments]
         try:
-            hydra.main(version_base="1.3", config_path=str(shipped_folder("conf")), config_name="config")(task)()
+            hydra.main(
+                version_base="1.3", config_path=str(shipped_folder("conf")), config_name="config"
+            )(task)()
         except NothingToRun:
             pass
         finally:
@@ -229,7 +257,9 @@ def call_hydra(task: Callable[[Any], None], flags: Sequence[str], pairs: Sequenc
     with_hydra(action, pairs)
 
 
-def plan_only(announce: Callable[[sweep.Plan], Any], flags: Sequence[str], pairs: Sequence[str]) -> None:
+def plan_only(
+    announce: Callable[[sweep.Plan], Any], flags: Sequence[str], pairs: Sequence[str]
+) -> None:
     """Plan a sweep and run none of it."""
     sweeping.plan, sweeping.announce, sweeping.only_plan = None, announce, True
     with tempfile.TemporaryDirectory(prefix="mpmbench-plan-") as folder:
@@ -250,10 +280,17 @@ def compose_many(combinations: Sequence[Sequence[str]]) -> list[tuple[dict[str, 
 
     def action() -> list[tuple[dict[str, Any], str]]:
         with hydra.initialize_config_dir(str(shipped_folder("conf")), version_base="1.3"):
-            composer = Composer(lambda pairs: hydra.compose("config", pairs, return_hydra_config=True))
-            return [composer.cell(pairs) or resolved(composer.compose(list(pairs))) for pairs in combinations]
+            composer = Composer(
+                lambda pairs: hydra.compose("config", pairs, return_hydra_config=True)
+            )
+            return [
+                composer.cell(pairs) or resolved(composer.compose(list(pairs)))
+                for pairs in combinations
+            ]
 
-    done: list[tuple[dict[str, Any], str]] = with_hydra(action, [pair for pairs in combinations for pair in pairs])
+    done: list[tuple[dict[str, Any], str]] = with_hydra(
+        action, [pair for pairs in combinations for pair in pairs]
+    )
     return done
 
 
@@ -278,20 +315,32 @@ def in_one_sentence(pairs: Sequence[str]) -> Iterator[None]:
 def readable(error: Exception, pairs: Sequence[str]) -> BadInput:
     """One sentence for what Hydra has to say."""
     if isinstance(error, OverrideParseException):
-        return BadInput(f"{error.override}: this value is not understood; quote it if it holds special characters")
-    text = " ".join(str(error).split()) or " ".join(str(error.__cause__ or type(error).__name__).split())
+        return BadInput(
+            f"{error.override}: this value is not understood; quote it if it holds special characters"
+        )
+    text = " ".join(str(error).split()) or " ".join(
+        str(error.__cause__ or type(error).__name__).split()
+    )
     for pair in pairs:
         key = pair.partition("=")[0]
         group, _, name = key.partition(".")
         if text.startswith(f"Could not override '{key}'") and group in GROUPS:
             owners = [option for option in options(group) if name in declared(group, option)]
-            return BadInput(f"{pair}: the chosen {group} has no {name}, which belongs to {', '.join(owners)}")
+            return BadInput(
+                f"{pair}: the chosen {group} has no {name}, which belongs to {', '.join(owners)}"
+            )
         if "Ambiguous value" in text and f"'{pair}'" in text:
             return BadInput(f"{pair}: several values need -m, which runs each of them")
         if key == "hydra/launcher" and "Could not find" in text:
             extra = "slurm" if "submitit" in pair else "joblib"
             known = {"joblib", "submitit_local", "submitit_slurm"}
             if pair.partition("=")[2] in known:
-                return BadInput(f"{pair}: this launcher is an extra; install it by pip install 'mpmbench[{extra}]'")
-            return BadInput(f"{pair}: there is no such launcher; there are basic, {', '.join(sorted(known))}")
-    return BadInput(text.partition(" To append to your config")[0].partition(" Set the environment")[0])
+                return BadInput(
+                    f"{pair}: this launcher is an extra; install it by pip install 'mpmbench[{extra}]'"
+                )
+            return BadInput(
+                f"{pair}: there is no such launcher; there are basic, {', '.join(sorted(known))}"
+            )
+    return BadInput(
+        text.partition(" To append to your config")[0].partition(" Set the environment")[0]
+    )

@@ -14,9 +14,19 @@ from mpmbench.runs.sweep import Plan
 
 SHOW_PROGRESS_AFTER = 1.5  # seconds
 ERRORS = ("displacement", "velocity", "stress")
-# Scalars of every run; what else a run has is what its problem is about, such as a deflection or a run-out.
+# Scalars of every run; what else a run has is what its problem is about, such as a deflection or a
+# run-out.
 COMMON = (
-    *("steps", "time_reached", "solver_time", "compile_time", "wall_time", "peak_memory", "n_particles", "n_nodes"),
+    *(
+        "steps",
+        "time_reached",
+        "solver_time",
+        "compile_time",
+        "wall_time",
+        "peak_memory",
+        "n_particles",
+        "n_nodes",
+    ),
     *("n_cell_crossings", "energy_drift", "momentum_drift"),
     *(f"error_{name}_{kind}" for name in ERRORS for kind in ("rms", "relative", "rms_relative")),
 )
@@ -30,14 +40,21 @@ def summary(record: Record, total_seconds: float) -> str:
         relative = _first(scalars, f"error_{name}_rms_relative", f"error_{name}_relative")
         text = _quantity(scalars, f"error_{name}_rms")
         if text:
-            lines.append(f"  {name} error".ljust(28) + text + (f"  ({relative:.3g} of the field)" if relative else ""))
+            lines.append(
+                f"  {name} error".ljust(28)
+                + text
+                + (f"  ({relative:.3g} of the field)" if relative else "")
+            )
     own = [(name.replace("_", " "), name) for name in scalars if name not in COMMON]
     more = (("energy drift", "energy_drift"), ("steps", "steps"), ("time reached", "time_reached"))
     for label, name in (*own, *more):
         text = _quantity(scalars, name)
         if text and not (name == "time_reached" and record.status == "ok"):
             lines.append(f"  {label} ".ljust(28) + text)
-    times = [(word, _first(scalars, name)) for word, name in (("solver", "solver_time"), ("compiling", "compile_time"))]
+    times = [
+        (word, _first(scalars, name))
+        for word, name in (("solver", "solver_time"), ("compiling", "compile_time"))
+    ]
     spent = [f"{word} {value:.3g} s" for word, value in times if value is not None]
     lines.append("  seconds".ljust(28) + ", ".join([*spent, f"total {total_seconds:.3g} s"]))
     lines.append("  result".ljust(28) + (record.unwritten or shorten(record.file)))
@@ -99,7 +116,11 @@ def progress_bar(name: str, shown: bool = True) -> Iterator[Callable[[float, flo
         if bar is None and time.monotonic() - started > SHOW_PROGRESS_AFTER:
             from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-            columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("t = {task.fields[reached]:.4g} s"))
+            columns = (
+                TextColumn("{task.description}"),
+                BarColumn(),
+                TextColumn("t = {task.fields[reached]:.4g} s"),
+            )
             bar = Progress(*columns, TimeRemainingColumn(), transient=True)
             bar.start()
             task = bar.add_task(name, total=1.0, reached=0.0)

@@ -16,8 +16,9 @@ KEEP_DAYS = 30
 def cache_folder() -> Path:
     """Folder of the kernels compiled from exactly these sources.
 
-    numba does not notice a change in another file that a kernel calls, so every version of the sources has a folder of
-    its own; those that nobody used for a month are removed. Plug-ins are sources too.
+    numba does not notice a change in another file that a kernel calls, so every version of the
+    sources has a folder of its own; those that nobody used for a month are removed. Plug-ins are
+    sources too.
     """
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "mpmbench"
     folder = home / sources_hash()
@@ -39,7 +40,8 @@ def cache_folder() -> Path:
 def start_from(plain: Path, folder: Path) -> None:
     """Begin a cache for plug-ins with links to what is compiled without them.
 
-    That fits, since a plug-in adds types and functions and replaces none; numba itself never writes into a file.
+    That fits, since a plug-in adds types and functions and replaces none; numba itself never writes
+    into a file.
     """
     if folder.exists() or not plain.exists():
         return

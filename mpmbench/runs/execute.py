@@ -31,7 +31,9 @@ class Record:
     scalars: dict[str, tuple[float, str]] = field(default_factory=dict)  # value and units
     seconds: float = 0.0
     unwritten: str = ""
-    solver_times: list[float] = field(default_factory=list)  # of the repeats that had the machine to themselves
+    solver_times: list[float] = field(
+        default_factory=list
+    )  # of the repeats that had the machine to themselves
 
     @property
     def failed(self) -> bool:
@@ -78,7 +80,9 @@ def check(cells: list[tuple[dict[str, Any], str]]) -> list[dict[str, Any]]:
     try:
         answers = isolation.ask("check", requests, limits=limits_of(first))
     except isolation.Ended as end:
-        raise BadInput(f"the configuration could not be checked: {end.reason}", exit_code=1) from None
+        raise BadInput(
+            f"the configuration could not be checked: {end.reason}", exit_code=1
+        ) from None
     for (config, _), answer in zip(cells, answers, strict=True):
         if answer["bad"]:
             raise BadInput(answer["bad"])
@@ -139,7 +143,9 @@ def run(
         started = time.perf_counter()
         try:
             request = ("run", config, known, str(target), began, list(solver_times))
-            return _record(target, isolation.ask(*request, limits=limits, on_progress=on_progress), started)
+            return _record(
+                target, isolation.ask(*request, limits=limits, on_progress=on_progress), started
+            )
         except isolation.Ended as end:
             known |= {"status": end.status, "reason": end.reason}
             return leave_record(config, known, started, end)
@@ -174,11 +180,20 @@ def leave_record(
         reached = end.time_reached if end else 0.0
         scalars["time_reached"] = (reached, "s", "simulated time reached, as far as is known")
     if end is not None and end.solver_time > 0.0:
-        scalars["solver_time"] = (end.solver_time, "s", "wall-clock time from the start of the solver to its end")
+        scalars["solver_time"] = (
+            end.solver_time,
+            "s",
+            "wall-clock time from the start of the solver to its end",
+        )
     try:
         answer = isolation.ask("record", known, scalars, str(target), limits=limits_of(config))
     except isolation.Ended as end:
-        answer = {"status": known["status"], "reason": known["reason"], "scalars": {}, "unwritten": end.reason}
+        answer = {
+            "status": known["status"],
+            "reason": known["reason"],
+            "scalars": {},
+            "unwritten": end.reason,
+        }
     return _record(target, answer, time.perf_counter() if started is None else started)
 
 
@@ -195,7 +210,9 @@ def uninterrupted() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {
+        number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)
+    }
     try:
         yield
     finally:

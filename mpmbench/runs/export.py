@@ -28,7 +28,9 @@ def main(arguments: list[str]) -> int:
     wanted = [argument for argument in arguments if argument.startswith("-")]
     for option in wanted:
         if option not in FORMATS:
-            raise BadInput(f"export {option}: there are {' and '.join(FORMATS)}{did_you_mean(option, FORMATS)}")
+            raise BadInput(
+                f"export {option}: there are {' and '.join(FORMATS)}{did_you_mean(option, FORMATS)}"
+            )
     if len(given) != 1 or not wanted:
         raise BadInput("export: a result file or a folder of them is needed, and --vtk or --csv")
     source = Path(given[0])
@@ -53,7 +55,10 @@ def main(arguments: list[str]) -> int:
     if source.is_dir() and "--csv" in wanted:
         written.append(overview([file for file in files if file not in unreadable], target))
     if not written:
-        raise BadInput(f"export {source}: there are no particles in it, since no run came to its end", exit_code=1)
+        raise BadInput(
+            f"export {source}: there are no particles in it, since no run came to its end",
+            exit_code=1,
+        )
     for file in written:
         print(shorten(str(file)))
     return 1 if unreadable else 0
@@ -72,9 +77,19 @@ def vtk(dataset: xr.Dataset, folder: Path, name: str) -> list[Path]:
         snapshot = dataset.isel(snapshot=k)
         place = Path(name) / f"{k:05d}.vtp"
         write_whole(folder / place, polydata(snapshot).encode())
-        entries.append(f'<DataSet timestep="{time!r}" part="0" file={quoteattr(place.as_posix())}/>')
+        entries.append(
+            f'<DataSet timestep="{time!r}" part="0" file={quoteattr(place.as_posix())}/>'
+        )
     head = '<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">'
-    lines = ['<?xml version="1.0"?>', head, "<Collection>", *entries, "</Collection>", "</VTKFile>", ""]
+    lines = [
+        '<?xml version="1.0"?>',
+        head,
+        "<Collection>",
+        *entries,
+        "</Collection>",
+        "</VTKFile>",
+        "",
+    ]
     return [write_whole(folder / f"{name}.pvd", "\n".join(lines).encode())]
 
 
@@ -144,7 +159,9 @@ def tables(dataset: xr.Dataset, folder: Path, name: str) -> list[Path]:
         columns = {"time [s]": dataset["time"].values}
         for label, variable in dataset.data_vars.items():
             if variable.dims[:1] == ("time",):
-                columns |= components(str(label), variable, variable.values.reshape(dataset.sizes["time"], -1))
+                columns |= components(
+                    str(label), variable, variable.values.reshape(dataset.sizes["time"], -1)
+                )
         written.append(write_table(folder / f"{name}-history.csv", columns))
     return written
 
@@ -152,9 +169,14 @@ def tables(dataset: xr.Dataset, folder: Path, name: str) -> list[Path]:
 def components(label: str, variable: xr.DataArray, values: np.ndarray) -> dict[str, np.ndarray]:
     """A column for each component, numbered as in the papers: ``stress_12 [Pa]``."""
     unit = variable.attrs.get("units", "1")
-    shape = variable.shape[len(variable.shape) - sum(dim in ("dim", "dim2", "axis") for dim in variable.dims) :]
+    shape = variable.shape[
+        len(variable.shape) - sum(dim in ("dim", "dim2", "axis") for dim in variable.dims) :
+    ]
     names = ["".join(str(i + 1) for i in index) for index in np.ndindex(*shape)]
-    return {f"{label}{'_' + part if part else ''} [{unit}]": values[:, k] for k, part in enumerate(names)}
+    return {
+        f"{label}{'_' + part if part else ''} [{unit}]": values[:, k]
+        for k, part in enumerate(names)
+    }
 
 
 def overview(files: list[Path], folder: Path) -> Path:
@@ -164,7 +186,13 @@ def overview(files: list[Path], folder: Path) -> Path:
         attributes, scalars = read_scalars(file)
         row: dict[str, Any] = {"file": file.name} | {key: attributes[key] for key in IDENTITY}
         row |= {key: value for key, value in flat_settings(attributes).items() if key not in row}
-        rows.append(row | {f"{key} [{label.get('units', '1')}]": value for key, (value, label) in scalars.items()})
+        rows.append(
+            row
+            | {
+                f"{key} [{label.get('units', '1')}]": value
+                for key, (value, label) in scalars.items()
+            }
+        )
     names = list(dict.fromkeys(key for row in rows for key in row))
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")

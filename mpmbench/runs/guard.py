@@ -1,8 +1,9 @@
 """The process that outlives a command which was killed, for a moment: it ends what a launcher has started.
 
-A launcher's workers notice by themselves that their command is gone, but not before their first run has come. This file
-runs as a program of its own, with a pipe from the command: `DONE` on it means that all is well; an end without it means
-that the command is dead, and all processes that carry the mark in their environment are killed.
+A launcher's workers notice by themselves that their command is gone, but not before their first run
+has come. This file runs as a program of its own, with a pipe from the command: `DONE` on it means
+that all is well; an end without it means that the command is dead, and all processes that carry the
+mark in their environment are killed.
 """
 
 import os
@@ -14,7 +15,10 @@ from contextlib import contextmanager
 
 MARK = "MPMBENCH_COMMAND"  # variable of the environment that a launcher's workers inherit
 DONE = b"done"
-ROUNDS, PAUSE = 10, 0.1  # so often, and at intervals of so many seconds, it looks for processes that are being started
+ROUNDS, PAUSE = (
+    10,
+    0.1,
+)  # so often, and at intervals of so many seconds, it looks for processes that are being started
 
 
 @contextmanager

@@ -11,7 +11,16 @@ from mpmbench.core.registry import PACKAGES, plugin_files
 from mpmbench.runs.schema import PACKAGE
 
 # What does not change a result, so that changing it makes no finished run worthless.
-NOT_PART_OF_A_RUN = ("output_dir", "campaign", "limits", "on_error", "report", "rerun", "timing", "repeats")
+NOT_PART_OF_A_RUN = (
+    "output_dir",
+    "campaign",
+    "limits",
+    "on_error",
+    "report",
+    "rerun",
+    "timing",
+    "repeats",
+)
 SOLVER = ("core", "problems", "analysis", "runs/case.py")
 
 
@@ -36,7 +45,11 @@ def result_path(config: dict[str, Any]) -> Path:
 def solver_files(with_plugins: bool = True) -> list[Path]:
     """Every source file of the solver, and of the plug-ins, in a fixed order."""
     places = [PACKAGE / place for place in SOLVER]
-    files = [file for place in places for file in (sorted(place.rglob("*.py")) if place.is_dir() else [place])]
+    files = [
+        file
+        for place in places
+        for file in (sorted(place.rglob("*.py")) if place.is_dir() else [place])
+    ]
     return [*(file for file in files if file.exists()), *(plugin_files() if with_plugins else [])]
 
 
@@ -53,11 +66,17 @@ def code_digests(config: dict[str, Any]) -> dict[str, str]:
 
     These are the driver of a case, the chosen plug-ins and all that they import of the package.
     """
-    ours = {str(file.relative_to(PACKAGE)): file for file in solver_files() if file.is_relative_to(PACKAGE)}
+    ours = {
+        str(file.relative_to(PACKAGE)): file
+        for file in solver_files()
+        if file.is_relative_to(PACKAGE)
+    }
     found: dict[str, str] = {}
     waiting = ["runs/case.py", "core/registry.py"]
     for group, package in PACKAGES.items():
-        name = config[group].get("time") or config[group]["name"]  # a method's choices name its time loop
+        name = (
+            config[group].get("time") or config[group]["name"]
+        )  # a method's choices name its time loop
         chosen = f"{package.partition('.')[2].replace('.', '/')}/{name}.py"
         if chosen in ours:
             waiting.append(chosen)

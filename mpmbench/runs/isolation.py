@@ -1,7 +1,7 @@
 """Children that compute: started in a few milliseconds, watched from outside, and killed when a limit is reached.
 
-Nothing short of this contains a hang inside compiled code or a segmentation fault. A child is used again after a run
-that ended well and replaced after anything else.
+Nothing short of this contains a hang inside compiled code or a segmentation fault. A child is used
+again after a run that ended well and replaced after anything else.
 """
 
 import atexit
@@ -36,9 +36,16 @@ class Ended(Exception):
         Wall-clock time [s] since the solver started.
     """
 
-    def __init__(self, status: str, reason: str, time_reached: float = 0.0, solver_time: float = 0.0) -> None:
+    def __init__(
+        self, status: str, reason: str, time_reached: float = 0.0, solver_time: float = 0.0
+    ) -> None:
         super().__init__(reason)
-        self.status, self.reason, self.time_reached, self.solver_time = status, reason, time_reached, solver_time
+        self.status, self.reason, self.time_reached, self.solver_time = (
+            status,
+            reason,
+            time_reached,
+            solver_time,
+        )
 
 
 @dataclass
@@ -53,9 +60,18 @@ class Server:
     def start(cls, environment: dict[str, str], relevant: dict[str, str]) -> "Server":
         """Start it; it imports the heavy libraries while the caller goes on."""
         ours, theirs = socket.socketpair()
-        command = [sys.executable, "-P", "-m", "mpmbench.runs.server", str(theirs.fileno()), str(os.getpid())]
+        command = [
+            sys.executable,
+            "-P",
+            "-m",
+            "mpmbench.runs.server",
+            str(theirs.fileno()),
+            str(os.getpid()),
+        ]
         descriptors = (theirs.fileno(),)
-        process = subprocess.Popen(command, pass_fds=descriptors, env=environment, start_new_session=True)
+        process = subprocess.Popen(
+            command, pass_fds=descriptors, env=environment, start_new_session=True
+        )
         theirs.close()
         return cls(ours, process, relevant)
 
@@ -63,7 +79,9 @@ class Server:
         """A new child."""
         ours, theirs = socket.socketpair()
         with theirs:
-            pid = self._exchange(lambda: socket.send_fds(self.control, [b"child"], [theirs.fileno()]))
+            pid = self._exchange(
+                lambda: socket.send_fds(self.control, [b"child"], [theirs.fileno()])
+            )
         return Child(self, Connection(ours.detach()), pid)
 
     def exit_code(self, pid: int) -> int:
@@ -99,11 +117,16 @@ class Child:
     server: Server
     connection: Connection
     pid: int
-    progress: tuple[float, float] | None = None  # fraction and simulated time, once the solver has started
+    progress: tuple[float, float] | None = (
+        None  # fraction and simulated time, once the solver has started
+    )
     solver_started: float = 0.0  # on the clock of `time.monotonic`
 
     def ask(
-        self, *request: Any, limits: dict[str, Any], on_progress: Callable[[float, float], None] | None = None
+        self,
+        *request: Any,
+        limits: dict[str, Any],
+        on_progress: Callable[[float, float], None] | None = None,
     ) -> Any:
         """Send a request and wait for its answer, within the limits.
 
@@ -130,7 +153,9 @@ class Child:
                 elif time.monotonic() >= deadline:
                     raise self.ended("timeout", f"stopped at limits.{phase} = {limits[phase]:g} s")
                 if limits["memory"] is not None and self.memory() > limits["memory"]:
-                    raise self.ended("out_of_memory", f"stopped at limits.memory = {limits['memory']:g} MiB")
+                    raise self.ended(
+                        "out_of_memory", f"stopped at limits.memory = {limits['memory']:g} MiB"
+                    )
         except (EOFError, OSError):
             raise self.ended("crashed", f"the process {how_it_ended(self.end())}") from None
         except BaseException:
@@ -148,7 +173,11 @@ class Child:
     def memory(self) -> float:
         """Resident memory [MiB] now."""
         try:
-            return int(Path(f"/proc/{self.pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
+            return (
+                int(Path(f"/proc/{self.pid}/statm").read_text().split()[1])
+                * os.sysconf("SC_PAGE_SIZE")
+                / 2**20
+            )
         except OSError:
             return resident_elsewhere(self.pid)
 
@@ -156,7 +185,9 @@ class Child:
         """Kill the child, if it is still there, and say how it ended."""
         self.connection.close()
         try:
-            os.kill(self.pid, signal.SIGKILL)  # the server keeps the number until it is asked how the child ended
+            os.kill(
+                self.pid, signal.SIGKILL
+            )  # the server keeps the number until it is asked how the child ended
         except ProcessLookupError:
             pass
         return self.server.exit_code(self.pid)
@@ -211,7 +242,9 @@ def new_child() -> Child:
         return warm_up().child()
 
 
-def ask(*request: Any, limits: dict[str, Any], on_progress: Callable[[float, float], None] | None = None) -> Any:
+def ask(
+    *request: Any, limits: dict[str, Any], on_progress: Callable[[float, float], None] | None = None
+) -> Any:
     """Have a child answer a request; the child of the request before when that ended well.
 
     Raises

@@ -18,7 +18,10 @@ SEQUENTIAL = ("basic", "")
 
 def chosen(pairs: list[str]) -> str:
     """Launcher that the command line names."""
-    return next((pair.partition("=")[2] for pair in reversed(pairs) if pair.startswith("hydra/launcher=")), "")
+    return next(
+        (pair.partition("=")[2] for pair in reversed(pairs) if pair.startswith("hydra/launcher=")),
+        "",
+    )
 
 
 def name_of(hydra: Any) -> str:
@@ -29,8 +32,11 @@ def name_of(hydra: Any) -> str:
 def end_workers(launcher: str) -> None:
     """Wait for the workers of a launcher to go, once the ledger has told them or they have nothing to do."""
     if launcher == "joblib":
-        # Asking joblib for its workers would import it, which fails after an import that was interrupted half-way.
-        workers = getattr(sys.modules.get("joblib.externals.loky.reusable_executor"), "_executor", None)
+        # Asking joblib for its workers would import it, which fails after an import that was
+        # interrupted half-way.
+        workers = getattr(
+            sys.modules.get("joblib.externals.loky.reusable_executor"), "_executor", None
+        )
         if workers is not None:
             workers.shutdown(kill_workers=True)
     elif launcher not in SEQUENTIAL:
@@ -47,7 +53,11 @@ def shared_folder(pairs: list[str]) -> Path | None:
     """
     if chosen(pairs) != "submitit_slurm":
         return None
-    output = Path(next((pair.partition("=")[2] for pair in pairs if pair.startswith("output_dir=")), "results"))
+    output = Path(
+        next(
+            (pair.partition("=")[2] for pair in pairs if pair.startswith("output_dir=")), "results"
+        )
+    )
     execute.check_folder(output.absolute())
     output.mkdir(parents=True, exist_ok=True)
     return output.absolute()
@@ -64,7 +74,9 @@ def prepare(launcher: Any, master: Any, plan: Plan, only_plan: bool) -> None:
     name = name_of(master.hydra)
     if name in SEQUENTIAL or only_plan:
         return
-    if name == "submitit_slurm" and any(cell.config["timing"] == "exclusive" for cell in plan.to_run):
+    if name == "submitit_slurm" and any(
+        cell.config["timing"] == "exclusive" for cell in plan.to_run
+    ):
         raise BadInput(
             "timing=exclusive: repeats run on this machine and not on the cluster's; time without a launcher"
         )
@@ -80,7 +92,8 @@ def prepare(launcher: Any, master: Any, plan: Plan, only_plan: bool) -> None:
 def warm_up(launcher: str, plan: Plan) -> None:
     """Compile the kernels of a parallel sweep once, before its workers would each do it.
 
-    Runs that differ in numbers only share their kernels; those compiled already are known by a mark beside the cache.
+    Runs that differ in numbers only share their kernels; those compiled already are known by a mark
+    beside the cache.
     """
     if launcher in SEQUENTIAL or not plan.to_run:
         return
@@ -104,7 +117,8 @@ def warm_up(launcher: str, plan: Plan) -> None:
 def kernels_of(config: dict[str, Any]) -> str:
     """A name for what is compiled: all choices that are words or whole numbers."""
     choices = {
-        group: {key: value for key, value in config[group].items() if not isinstance(value, float)} for group in GROUPS
+        group: {key: value for key, value in config[group].items() if not isinstance(value, float)}
+        for group in GROUPS
     }
     return hashlib.sha256(config_json(choices).encode()).hexdigest()[:16]
 
@@ -112,9 +126,15 @@ def kernels_of(config: dict[str, Any]) -> str:
 def compile_kernels(config: dict[str, Any]) -> str:
     """Run one step of a configuration and keep nothing; the status says whether that went well."""
     step = config["time_step"]
-    short = config | {"end_time": config["end_time"] * 1e-6 if step == "auto" else min(config["end_time"], step)}
+    short = config | {
+        "end_time": config["end_time"] * 1e-6 if step == "auto" else min(config["end_time"], step)
+    }
     try:
         answer = isolation.ask("solve", short, limits=execute.limits_of(config))
     except isolation.Ended as end:
         return f"{end.status}, {end.reason}"
-    return str(answer["status"]) if answer["status"] == "ok" else f"{answer['status']}, {answer['reason']}"
+    return (
+        str(answer["status"])
+        if answer["status"] == "ok"
+        else f"{answer['status']}, {answer['reason']}"
+    )

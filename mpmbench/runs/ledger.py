@@ -1,7 +1,8 @@
 """What the processes of one command tell each other: a temporary folder with one small file per run.
 
-Hydra's launchers hand back nothing before the last run has ended, and nothing at all when a worker dies. A folder works
-under each of them, on a cluster too when it lies on a shared disk. It is the folder ``hydra.sweep.dir``.
+Hydra's launchers hand back nothing before the last run has ended, and nothing at all when a worker
+dies. A folder works under each of them, on a cluster too when it lies on a shared disk. It is the
+folder ``hydra.sweep.dir``.
 """
 
 import json
@@ -44,7 +45,10 @@ class Ledger:
 
     def ended(self) -> list[str]:
         """Names of the runs that have ended, in this order."""
-        return [file.stem for file in sorted(self.folder.glob("*.done"), key=lambda file: file.stat().st_mtime_ns)]
+        return [
+            file.stem
+            for file in sorted(self.folder.glob("*.done"), key=lambda file: file.stat().st_mtime_ns)
+        ]
 
     def record(self, name: str) -> Record:
         """Record of a run that has ended."""
@@ -149,7 +153,9 @@ def opened(parent: Path | None = None) -> Iterator[Ledger]:
     except OSError as error:
         shutil.rmtree(folder, ignore_errors=True)
         raise OSError(error.errno, error.strerror, str(place)) from None
-    ledger._place("owner", {"pid": os.getpid(), "host": socket.gethostname(), "birth": birth(os.getpid())})
+    ledger._place(
+        "owner", {"pid": os.getpid(), "host": socket.gethostname(), "birth": birth(os.getpid())}
+    )
     try:
         yield ledger
     finally:

@@ -13,7 +13,9 @@ PLURALS = {"method": "methods", "basis": "bases", "material": "materials", "prob
 def description(file: Path) -> str:
     """The first sentence of the comment at the top of a YAML file."""
     lines = [
-        line.lstrip("# ").strip() for line in file.read_text(encoding="utf-8").splitlines() if line.startswith("#")
+        line.lstrip("# ").strip()
+        for line in file.read_text(encoding="utf-8").splitlines()
+        if line.startswith("#")
     ]
     text = " ".join(line for line in lines if line and not line.startswith("@"))
     return re.split(r"(?<=\.)(?<!\bSt\.) +(?=[A-Z])", text, maxsplit=1)[0]
@@ -25,7 +27,11 @@ def show(title: str, files: dict[str, Path]) -> None:
     column = max(map(len, files), default=0) + 4
     for name, file in files.items():
         width = max(60, shutil.get_terminal_size((120, 24)).columns)
-        print(textwrap.fill(f"  {name:<{column - 2}}{description(file)}", width, subsequent_indent=" " * column))
+        print(
+            textwrap.fill(
+                f"  {name:<{column - 2}}{description(file)}", width, subsequent_indent=" " * column
+            )
+        )
 
 
 def main(arguments: list[str]) -> int:
@@ -44,14 +50,18 @@ def main(arguments: list[str]) -> int:
 def applicability(problem: str) -> int:
     """Table of the methods and bases that apply to a problem, with the reasons of those that do not."""
     if problem not in options("problem"):
-        raise BadInput(f"list {problem}: there is no such problem{did_you_mean(problem, options('problem'))}")
+        raise BadInput(
+            f"list {problem}: there is no such problem{did_you_mean(problem, options('problem'))}"
+        )
     from mpmbench.runs import execute, isolation
 
     isolation.warm_up()
     from mpmbench.runs.compose import compose_many
 
     pairs = [(method, basis) for method in options("method") for basis in options("basis")]
-    cells = compose_many([[f"method={method}", f"basis={basis}", f"problem={problem}"] for method, basis in pairs])
+    cells = compose_many(
+        [[f"method={method}", f"basis={basis}", f"problem={problem}"] for method, basis in pairs]
+    )
     reasons = []
     width = max(len(basis) for basis in options("basis")) + 2
     print(" " * 16 + "".join(f"{basis:<{width}}" for basis in options("basis")))

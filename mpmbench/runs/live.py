@@ -16,8 +16,9 @@ MOST_SHOWN = 8  # runs under way that are listed one by one
 class View:
     """Follows a ledger in a thread of its own, under every launcher alike.
 
-    On a terminal a few lines at the bottom say what is done, runs and failed, and how long the rest may take; they have
-    no colours when the environment has ``NO_COLOR``. Elsewhere there are plain lines only.
+    On a terminal a few lines at the bottom say what is done, runs and failed, and how long the rest
+    may take; they have no colours when the environment has ``NO_COLOR``. Elsewhere there are plain
+    lines only.
     """
 
     def __init__(self, ledger: Ledger) -> None:
@@ -40,7 +41,9 @@ class View:
             from rich.console import Console
             from rich.live import Live
 
-            self._terminal = Live(console=Console(highlight=False), refresh_per_second=5, transient=True)
+            self._terminal = Live(
+                console=Console(highlight=False), refresh_per_second=5, transient=True
+            )
             self._terminal.start()
         self._thread = threading.Thread(target=self._follow, daemon=True)
         self._thread.start()
@@ -68,7 +71,9 @@ class View:
             record = self.shown[name] = self.ledger.record(name)
             line = display.line(record, len(self.shown), len(self.plan.to_run))
             if self._terminal is not None:
-                self._terminal.console.print(line, style="red" if record.failed else None, markup=False)
+                self._terminal.console.print(
+                    line, style="red" if record.failed else None, markup=False
+                )
             else:
                 print(line, flush=True)
         if self._terminal is not None:
@@ -81,9 +86,17 @@ class View:
         now = time.monotonic()
         self.since = {name: self.since.get(name, now) for name in running}
         failed = sum(record.failed for record in self.shown.values())
-        parts = [f"{len(self.shown)} of {len(self.plan.to_run)} done", f"{len(running)} running", f"{failed} failed"]
+        parts = [
+            f"{len(self.shown)} of {len(self.plan.to_run)} done",
+            f"{len(running)} running",
+            f"{failed} failed",
+        ]
         left = self.time_left(running)
-        parts.append(f"about {duration(left)} left" if left is not None else f"{duration(now - self.began)} so far")
+        parts.append(
+            f"about {duration(left)} left"
+            if left is not None
+            else f"{duration(now - self.began)} so far"
+        )
         lines = [", ".join(parts)]
         for name, fraction in list(running.items())[:MOST_SHOWN]:
             lines.append(f"  {name:<48} {fraction:4.0%}  {duration(now - self.since[name])}")
@@ -95,7 +108,11 @@ class View:
         """Seconds that the rest may take, by the estimated work of what is done; None before there is any."""
         work = {cell.name: cell.work for cell in self.plan.to_run}
         done = sum(work.get(name, 0.0) for name in self.shown)
-        done += sum(work.get(name, 0.0) * fraction for name, fraction in running.items() if name not in self.shown)
+        done += sum(
+            work.get(name, 0.0) * fraction
+            for name, fraction in running.items()
+            if name not in self.shown
+        )
         if done <= 0.0:
             return None
         return (time.monotonic() - self.began) * (sum(work.values()) - done) / done

@@ -26,7 +26,9 @@ class Merged:
 def main(arguments: list[str]) -> int:
     """``merge TARGET SOURCE...``: copies what TARGET lacks, or has in a worse state; the sources stay as they are."""
     if len(arguments) < 2:
-        raise BadInput("merge: a target folder and at least one folder of results are needed: `merge results/all a b`")
+        raise BadInput(
+            "merge: a target folder and at least one folder of results are needed: `merge results/all a b`"
+        )
     target, *sources = (Path(argument) for argument in arguments)
     for source in sources:
         if not source.is_dir():
@@ -60,7 +62,9 @@ def take(file: Path, place: Path, done: Merged) -> None:
     if present is None and place.exists():
         done.replaced.append(f"replaced: {place.name}: was not readable")
     elif present is not None and present["config_hash"] != attributes["config_hash"]:
-        done.left_out.append(f"left out: {file}: another configuration has its name in {place.parent}")
+        done.left_out.append(
+            f"left out: {file}: another configuration has its name in {place.parent}"
+        )
         return
     elif present is not None and worth(present) >= worth(attributes):
         done.kept += 1

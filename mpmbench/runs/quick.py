@@ -1,6 +1,7 @@
 """Compositions that share their choice of options: Hydra composes each choice once, and values are put in by us.
 
-Hydra takes 0.13 s for a composition, nearly all of it for the lists of defaults. What is not simple is left to it.
+Hydra takes 0.13 s for a composition, nearly all of it for the lists of defaults. What is not simple
+is left to it.
 """
 
 import copy

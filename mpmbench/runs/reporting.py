@@ -9,7 +9,12 @@ from mpmbench.runs.schema import PACKAGE, BadInput
 
 def is_current(page: Path, folder: Path) -> bool:
     """Whether a page is younger than all results and than the code that makes pages."""
-    sources = [file for room in ("report", "analysis") for file in (PACKAGE / room).iterdir() if file.is_file()]
+    sources = [
+        file
+        for room in ("report", "analysis")
+        for file in (PACKAGE / room).iterdir()
+        if file.is_file()
+    ]
     return page.exists() and all(
         page.stat().st_mtime > file.stat().st_mtime for file in [*folder.glob("*.nc"), *sources]
     )
@@ -40,7 +45,9 @@ def build(folder: Path, only_when_older: bool = False) -> bool:
 def main(arguments: list[str]) -> int:
     """``report RESULTS``."""
     if len(arguments) != 1:
-        raise BadInput("report: the folder of results is needed, for example `report results/quickstart`")
+        raise BadInput(
+            "report: the folder of results is needed, for example `report results/quickstart`"
+        )
     folder = Path(arguments[0])
     if not folder.is_dir():
         raise BadInput(f"report {folder}: there is no such folder")

@@ -1,7 +1,8 @@
 """The command ``reproduce``: all experiments of a paper, what is missing of them, and then its report.
 
-Experiments that ask for exclusive timing run alone, the others two at a time, each as a program of its own. An
-experiment that is complete is known by a stamp in its folder, so that a second call composes nothing.
+Experiments that ask for exclusive timing run alone, the others two at a time, each as a program of
+its own. An experiment that is complete is known by a stamp in its folder, so that a second call
+composes nothing.
 """
 
 import hashlib
@@ -22,7 +23,14 @@ from typing import Any
 
 from mpmbench.runs import bisect, stamp
 from mpmbench.runs.display import shorten
-from mpmbench.runs.schema import PACKAGE, BadInput, did_you_mean, experiments, read_yaml, shipped_folder
+from mpmbench.runs.schema import (
+    PACKAGE,
+    BadInput,
+    did_you_mean,
+    experiments,
+    read_yaml,
+    shipped_folder,
+)
 
 AT_A_TIME = 2
 # A numerical failure is what some experiments are made to show: it is a result. These are not.
@@ -56,24 +64,35 @@ class Experiment:
         """The paper's own folder of plug-ins, when the experiment names one of them."""
         folder = self.file.parent / "plugins"
         brought = {option.stem for option in folder.glob("conf/*/*.yaml")}
-        return folder if brought & set(re.findall(r"\w+", self.file.read_text(encoding="utf-8"))) else None
+        return (
+            folder
+            if brought & set(re.findall(r"\w+", self.file.read_text(encoding="utf-8")))
+            else None
+        )
 
 
 def main(arguments: list[str]) -> int:
     """``reproduce PAPER`` or ``reproduce EXPERIMENT``, with further KEY=VALUE for all runs.
 
-    The exit code is 0 when every run has come to a result, be it that the method broke down; 1 otherwise.
+    The exit code is 0 when every run has come to a result, be it that the method broke down; 1
+    otherwise.
     """
     given = [word for word in arguments if "=" not in word]
     pairs = [word for word in arguments if "=" in word]
     if len(given) != 1:
-        raise BadInput(f"reproduce: the name of a paper or an experiment is needed: {', '.join(papers())}")
+        raise BadInput(
+            f"reproduce: the name of a paper or an experiment is needed: {', '.join(papers())}"
+        )
     keys = [pair.partition("=")[0] for pair in pairs]
     for key in ("experiments", "campaign"):
         if key in keys:
             raise BadInput(f"reproduce: {key} is chosen by the name; leave it out")
     name = given[0].strip("/")
-    output = Path(next((pair.partition("=")[2] for pair in pairs if pair.startswith("output_dir=")), "results"))
+    output = Path(
+        next(
+            (pair.partition("=")[2] for pair in pairs if pair.startswith("output_dir=")), "results"
+        )
+    )
     chosen = choose(name, output)
     folder = output / name
     started = time.perf_counter()
@@ -114,7 +133,9 @@ def choose(name: str, output: Path) -> list[Experiment]:
     ]
     if not found:
         known = [*papers(), *experiments()]
-        raise BadInput(f"reproduce {name}: there is no such paper or experiment{did_you_mean(name, known)}")
+        raise BadInput(
+            f"reproduce {name}: there is no such paper or experiment{did_you_mean(name, known)}"
+        )
     return sorted(found, key=lambda one: (not one.alone, one.name))
 
 
@@ -126,12 +147,21 @@ def is_complete(experiment: Experiment, pairs: list[str]) -> bool:
 
 def inputs(experiment: Experiment, pairs: list[str]) -> str:
     """Digest of all that the results of an experiment depend on."""
-    sources = [file for room in ("core", "problems", "analysis") for file in (PACKAGE / room).rglob("*.py")]
+    sources = [
+        file for room in ("core", "problems", "analysis") for file in (PACKAGE / room).rglob("*.py")
+    ]
     sources += [PACKAGE / "runs" / f"{module}.py" for module in COMPOSING]
     plugins = experiment.plugins
-    more = [file for file in plugins.rglob("*") if file.suffix in (".py", ".yaml")] if plugins else []
+    more = (
+        [file for file in plugins.rglob("*") if file.suffix in (".py", ".yaml")] if plugins else []
+    )
     digest = hashlib.sha256(json.dumps(sorted(pairs)).encode())
-    for file in [experiment.file, *sorted(shipped_folder("conf").rglob("*.yaml")), *sorted(sources), *sorted(more)]:
+    for file in [
+        experiment.file,
+        *sorted(shipped_folder("conf").rglob("*.yaml")),
+        *sorted(sources),
+        *sorted(more),
+    ]:
         digest.update(str(file).encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()
 
@@ -175,7 +205,9 @@ def run(experiment: Experiment, pairs: list[str]) -> bool:
         with tempfile.TemporaryDirectory(prefix="mpmbench-") as folder:
             name = bisect.write_round(experiment.file, experiment.name, cases, Path(folder))
             known = [part for part in (environment.get("MPMBENCH_PLUGINS"), folder) if part]
-            sweep(experiment, name, pairs, environment | {"MPMBENCH_PLUGINS": os.pathsep.join(known)})
+            sweep(
+                experiment, name, pairs, environment | {"MPMBENCH_PLUGINS": os.pathsep.join(known)}
+            )
     bad = list(without_result(experiment, names))
     for line in bad:
         print(line)
@@ -187,7 +219,9 @@ def run(experiment: Experiment, pairs: list[str]) -> bool:
 def cells(experiment: Experiment, pairs: list[str], environment: dict[str, str]) -> set[str]:
     """Names of the result files of all cells, whichever else the folder holds from earlier versions."""
     command = [sys.executable, "-m", "mpmbench", "status", f"experiments={experiment.name}", *pairs]
-    lines = subprocess.run(command, capture_output=True, text=True, env=environment).stdout.splitlines()
+    lines = subprocess.run(
+        command, capture_output=True, text=True, env=environment
+    ).stdout.splitlines()
     known = {file.stem: file.name for file in experiment.results.glob("*.nc")}
     return {known[word] for line in lines for word in line.split() if word in known}
 
@@ -235,7 +269,9 @@ def without_result(experiment: Experiment, names: set[str]) -> Iterable[str]:
         yield f"{experiment.name}: no results"
     for name in sorted(names):
         attributes = read_attributes(experiment.results / name)
-        status, reason = (attributes["status"], attributes["reason"]) if attributes else ("unreadable", "")
+        status, reason = (
+            (attributes["status"], attributes["reason"]) if attributes else ("unreadable", "")
+        )
         if attributes is None or status in NOT_RESULTS:
             yield f"{experiment.name}: {name}: {status}: {reason}"
 
@@ -251,9 +287,16 @@ def report(name: str, folder: Path, chosen: list[Experiment]) -> bool:
     from mpmbench.report import papers as reports
 
     page = Path("reports") / name / "index.html"
-    sources = [file for room in ("report", "analysis") for file in (PACKAGE / room).rglob("*") if file.is_file()]
+    sources = [
+        file
+        for room in ("report", "analysis")
+        for file in (PACKAGE / room).rglob("*")
+        if file.is_file()
+    ]
     sources = [file for file in sources if "__pycache__" not in file.parts]
-    if page.exists() and all(page.stat().st_mtime > file.stat().st_mtime for file in [*folder.rglob("*.nc"), *sources]):
+    if page.exists() and all(
+        page.stat().st_mtime > file.stat().st_mtime for file in [*folder.rglob("*.nc"), *sources]
+    ):
         print(f"report: {shorten(str(page))}")
         return True
     page = reports.build(name, folder.parent)

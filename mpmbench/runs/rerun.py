@@ -15,7 +15,9 @@ from mpmbench.runs.result import read_attributes
 from mpmbench.runs.schema import GROUPS, BadInput, check_types, did_you_mean, options
 from mpmbench.runs.sweep import LASTING
 
-ROUNDING = 1e-9  # largest difference, relative to the largest value of a field, that counts as rounding
+ROUNDING = (
+    1e-9  # largest difference, relative to the largest value of a field, that counts as rounding
+)
 CLOCKS = ("solver_time", "compile_time", "wall_time", "peak_memory")
 DERIVED = ("error_", "energy_drift", "momentum_drift")  # differences of what is compared anyway
 MACHINE = ("host", "cpu", "cpu_count", "operating_system")
@@ -39,7 +41,9 @@ def main(arguments: list[str]) -> int:
         record = execute.run(config)
         after = read_attributes(Path(record.file))
         if after is None:
-            raise BadInput(f"rerun {file}: {record.unwritten or 'no result was written'}", exit_code=1)
+            raise BadInput(
+                f"rerun {file}: {record.unwritten or 'no result was written'}", exit_code=1
+            )
         verdict, details = compare(file, Path(record.file), before, after)
     print(f"{file.stem}: {verdict}")
     for line in [*details, *what_changed(before, after, config)]:
@@ -59,7 +63,10 @@ def rebuild(file: Path, attributes: dict[str, Any]) -> dict[str, Any]:
     for group in GROUPS:
         name = config[group]["name"]
         if name not in options(group):
-            hint = did_you_mean(name, options(group)) or "; if it is a plug-in, name its folder in MPMBENCH_PLUGINS"
+            hint = (
+                did_you_mean(name, options(group))
+                or "; if it is a plug-in, name its folder in MPMBENCH_PLUGINS"
+            )
             raise BadInput(f"rerun {file}: there is no {group} {name} here{hint}")
     config.setdefault("repeats", 1)
     checked, reason = check_types(config)
@@ -68,12 +75,18 @@ def rebuild(file: Path, attributes: dict[str, Any]) -> dict[str, Any]:
     return checked
 
 
-def compare(file: Path, again: Path, before: dict[str, Any], after: dict[str, Any]) -> tuple[str, list[str]]:
+def compare(
+    file: Path, again: Path, before: dict[str, Any], after: dict[str, Any]
+) -> tuple[str, list[str]]:
     """Verdict on two result files, and the variables that differ."""
     if before["status"] != after["status"]:
-        return "different", [f"status: {before['status']} -> {after['status']} {after['reason']}".rstrip()]
+        return "different", [
+            f"status: {before['status']} -> {after['status']} {after['reason']}".rstrip()
+        ]
     if before["status"] not in LASTING:
-        return "different", [f"status: {before['status']} again, which leaves nothing to compare: {after['reason']}"]
+        return "different", [
+            f"status: {before['status']} again, which leaves nothing to compare: {after['reason']}"
+        ]
     old, new = xr.load_dataset(file, decode_cf=False), xr.load_dataset(again, decode_cf=False)
     names = sorted({*map(str, old.variables), *map(str, new.variables)} - set(CLOCKS))
     equal, large = True, []
@@ -95,7 +108,11 @@ def compare(file: Path, again: Path, before: dict[str, Any], after: dict[str, An
 
 def relative_difference(a: np.ndarray, b: np.ndarray) -> float:
     """Largest difference over the largest value; infinite when shapes or not-a-numbers do not agree."""
-    if a.shape != b.shape or not np.issubdtype(a.dtype, np.number) or not np.array_equal(np.isnan(a), np.isnan(b)):
+    if (
+        a.shape != b.shape
+        or not np.issubdtype(a.dtype, np.number)
+        or not np.array_equal(np.isnan(a), np.isnan(b))
+    ):
         return np.inf
     if a.size == 0 or np.isnan(a).all():
         return 0.0
@@ -103,14 +120,22 @@ def relative_difference(a: np.ndarray, b: np.ndarray) -> float:
     return difference / scale if scale > 0.0 else (np.inf if difference > 0.0 else 0.0)
 
 
-def what_changed(before: dict[str, Any], after: dict[str, Any], config: dict[str, Any]) -> list[str]:
+def what_changed(
+    before: dict[str, Any], after: dict[str, Any], config: dict[str, Any]
+) -> list[str]:
     """Code, versions, machine and threads that are not what they were."""
     old, new = json.loads(before["code_files"]), code_digests(config)
     files = sorted(name for name in {*old, *new} if old.get(name) != new.get(name))
     lines = [f"code: {', '.join(files)}"] if files else []
-    versions = [key for key in before if key == "python" or (key.endswith("_version") and key != "schema_version")]
+    versions = [
+        key
+        for key in before
+        if key == "python" or (key.endswith("_version") and key != "schema_version")
+    ]
     here = {**after, **machine(), "threads": config["threads"]}
     for key in [*versions, *MACHINE, "threads"]:
         if before.get(key) != here.get(key):
             lines.append(f"{key.replace('_', ' ')}: {before.get(key)} -> {here.get(key)}")
-    return [f"changed: {line}" for line in lines] or ["code, versions, machine and threads are the same"]
+    return [f"changed: {line}" for line in lines] or [
+        "code, versions, machine and threads are the same"
+    ]

@@ -25,7 +25,8 @@ def write(dataset: xr.Dataset, path: Path) -> None:
     Raises
     ------
     OSError
-        When the folder or the disk cannot take it; the temporary file is gone and an older result is kept.
+        When the folder or the disk cannot take it; the temporary file is gone and an older result
+        is kept.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     remove_leftovers(path)
@@ -65,14 +66,17 @@ def read_attributes(path: Path) -> dict[str, Any] | None:
             attributes = plain_attributes(file)
     except OSError:
         return None
-    return attributes if "config_hash" in attributes and attributes.get("status") in STATUSES else None
+    return (
+        attributes if "config_hash" in attributes and attributes.get("status") in STATUSES else None
+    )
 
 
 def plain_attributes(file: netCDF4.Dataset) -> dict[str, Any]:
     """Attributes of an open file as text, numbers and lists of numbers; ``solver_times`` always as a list."""
     found = {name: file.getncattr(name) for name in file.ncattrs()}
     found = {
-        name: value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value for name, value in found.items()
+        name: value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+        for name, value in found.items()
     }
     times = found.get("solver_times", [])
     return found | {"solver_times": times if isinstance(times, list) else [times]}

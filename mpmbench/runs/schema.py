@@ -1,7 +1,8 @@
 """Which settings there are, of which type, and what is said to a user who gives another one.
 
-The YAML files are the schema: a key exists when the file of the chosen option has it, and its type is that of its
-default. Ranges below the groups are the plug-in's business. Nothing heavy is imported here.
+The YAML files are the schema: a key exists when the file of the chosen option has it, and its type
+is that of its default. Ranges below the groups are the plug-in's business. Nothing heavy is
+imported here.
 """
 
 import difflib
@@ -37,7 +38,9 @@ class _Loader(yaml.CSafeLoader):
 
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float",
-    re.compile(r"^[-+]?(\d[\d_]*(\.[\d_]*)?([eE][-+]?\d+)?|\.\d[\d_]*([eE][-+]?\d+)?|\.(inf|Inf|nan|NaN))$"),
+    re.compile(
+        r"^[-+]?(\d[\d_]*(\.[\d_]*)?([eE][-+]?\d+)?|\.\d[\d_]*([eE][-+]?\d+)?|\.(inf|Inf|nan|NaN))$"
+    ),
     list("-+0123456789."),
 )
 
@@ -57,7 +60,9 @@ def read_yaml(path: Path) -> dict[str, Any]:
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         mark = getattr(error, "problem_mark", None)
         place = f"{path}, line {mark.line + 1}" if mark else str(path)
-        raise BadInput(f"{place}: not valid YAML: {getattr(error, 'problem', None) or error}") from None
+        raise BadInput(
+            f"{place}: not valid YAML: {getattr(error, 'problem', None) or error}"
+        ) from None
     return content if isinstance(content, dict) else {}
 
 
@@ -74,23 +79,34 @@ def conf_folders() -> list[Path]:
 
 @cache
 def _conf_folders(plugins: str) -> list[Path]:
-    return [shipped_folder("conf"), *(place / "conf" for place in plugin_folders() if (place / "conf").is_dir())]
+    return [
+        shipped_folder("conf"),
+        *(place / "conf" for place in plugin_folders() if (place / "conf").is_dir()),
+    ]
 
 
 def options(group: str) -> dict[str, Path]:
     """Name and file of every option of a group, sorted."""
-    files = {file.stem: file for folder in reversed(conf_folders()) for file in (folder / group).glob("*.yaml")}
+    files = {
+        file.stem: file
+        for folder in reversed(conf_folders())
+        for file in (folder / group).glob("*.yaml")
+    }
     return dict(sorted(files.items()))
 
 
 def experiments() -> dict[str, Path]:
     """Name (with the folder, as in ``wobbes2020/fig6``) and file of every experiment, sorted."""
-    folders = [shipped_folder("experiments"), *(folder / "experiments" for folder in conf_folders())]
+    folders = [
+        shipped_folder("experiments"),
+        *(folder / "experiments" for folder in conf_folders()),
+    ]
     found = {
         file.relative_to(folder).with_suffix("").as_posix(): file
         for folder in folders
         for file in folder.rglob("*.yaml")
-        if "plugins" not in file.relative_to(folder).parts  # options that an experiment brings along
+        if "plugins"
+        not in file.relative_to(folder).parts  # options that an experiment brings along
     }
     return dict(sorted(found.items()))
 
@@ -101,7 +117,9 @@ def declared(group: str, option: str) -> dict[str, Any]:
     content = read_yaml(file)
     if "@package _global_" in file.read_text(encoding="utf-8")[:500]:
         content = content.get(group, {})
-    return {key: value for key, value in content.items() if key not in (*PROBLEM_DEFAULTS, "defaults")}
+    return {
+        key: value for key, value in content.items() if key not in (*PROBLEM_DEFAULTS, "defaults")
+    }
 
 
 def declared_anywhere(group: str) -> set[str]:
@@ -149,7 +167,9 @@ def positive(value: Any, also: str | None = None) -> Any:
     if also is not None and value == also:
         return also
     if not isinstance(value, (int, float)) or isinstance(value, bool) or not 0 < value < math.inf:
-        raise ValueError("a number greater than 0" + (f", or {also}," if also else "") + " is needed")
+        raise ValueError(
+            "a number greater than 0" + (f", or {also}," if also else "") + " is needed"
+        )
     return float(value)
 
 
@@ -167,7 +187,9 @@ def one_of(*words: str) -> Callable[[Any], str]:
 
     def check(value: Any) -> str:
         if value not in words:
-            raise ValueError(f"one of {', '.join(words)} is needed{did_you_mean(str(value), words)}")
+            raise ValueError(
+                f"one of {', '.join(words)} is needed{did_you_mean(str(value), words)}"
+            )
         return str(value)
 
     return check
@@ -175,8 +197,12 @@ def one_of(*words: str) -> Callable[[Any], str]:
 
 def folder_name(value: Any) -> str:
     """A path below another folder."""
-    if not isinstance(value, (str, int, float)) or not re.fullmatch(r"[\w.+-]+(/[\w.+-]+)*", str(value)):
-        raise ValueError("a name of letters, digits, '_', '-' and '.' is needed, with '/' between folders")
+    if not isinstance(value, (str, int, float)) or not re.fullmatch(
+        r"[\w.+-]+(/[\w.+-]+)*", str(value)
+    ):
+        raise ValueError(
+            "a name of letters, digits, '_', '-' and '.' is needed, with '/' between folders"
+        )
     if any(set(part) == {"."} for part in str(value).split("/")):
         raise ValueError("a folder below output_dir is needed")
     return str(value)
@@ -253,7 +279,8 @@ def refuse(key: str, value: Any, error: Exception) -> BadInput:
 def check_types(config: dict[str, Any]) -> tuple[dict[str, Any], str]:
     """The configuration with every value cast to its declared type, and why it does not apply, if so.
 
-    It does not apply when a key was given that another option of the group has, but not the chosen one.
+    It does not apply when a key was given that another option of the group has, but not the chosen
+    one.
 
     Raises
     ------
@@ -265,7 +292,9 @@ def check_types(config: dict[str, Any]) -> tuple[dict[str, Any], str]:
         group, _, name = key.rpartition(".")
         value = (config.get(group) or {}).get(name) if group else config.get(name)
         if value is None and key in ("resolution", "time_step", "end_time", "particles_per_cell"):
-            raise BadInput(f"{key}: problem={config['problem']['name']} has no default for it, so give a value")
+            raise BadInput(
+                f"{key}: problem={config['problem']['name']} has no default for it, so give a value"
+            )
         try:
             (checked.setdefault(group, {}) if group else checked)[name] = cast(value)
         except ValueError as error:
@@ -293,7 +322,12 @@ def check_types(config: dict[str, Any]) -> tuple[dict[str, Any], str]:
 
 def all_keys() -> list[str]:
     """Every key that can stand on the command line."""
-    below = [f"{group}.{key}" for group in GROUPS for key in sorted(declared_anywhere(group)) if key != "name"]
+    below = [
+        f"{group}.{key}"
+        for group in GROUPS
+        for key in sorted(declared_anywhere(group))
+        if key != "name"
+    ]
     return [*GROUPS, "experiments", *TOP_LEVEL, *below]
 
 

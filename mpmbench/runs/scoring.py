@@ -32,14 +32,20 @@ def load(file: Path) -> str:
     return f"mpmbench_plugin_{file.stem}"
 
 
-def outline(connection: Connection, kind: str, name: str, settings: dict[str, Any]) -> list[tuple[str, list[str]]]:
+def outline(
+    connection: Connection, kind: str, name: str, settings: dict[str, Any]
+) -> list[tuple[str, list[str]]]:
     """Label of each case of a plug-in, and the names of its checks."""
     return [(label, list(checks)) for label, _, checks in cases(kind, name, settings)]
 
 
-def judge(connection: Connection, kind: str, name: str, settings: dict[str, Any], label: str, check: str) -> Finding:
+def judge(
+    connection: Connection, kind: str, name: str, settings: dict[str, Any], label: str, check: str
+) -> Finding:
     """One check of one case."""
-    case, checks = next((case, checks) for at, case, checks in cases(kind, name, settings) if at == label)
+    case, checks = next(
+        (case, checks) for at, case, checks in cases(kind, name, settings) if at == label
+    )
     return checks[check](case)
 
 
@@ -47,15 +53,22 @@ def cases(kind: str, name: str, settings: dict[str, Any]) -> Cases:
     """All cases of a plug-in, lowest dimension first."""
     if kind == "basis":
         found = bases.cases(name)
-        return [(f"{case.dimension}D{' moved' if case.moved else ''}", case, bases.CHECKS) for case in found]
+        return [
+            (f"{case.dimension}D{' moved' if case.moved else ''}", case, bases.CHECKS)
+            for case in found
+        ]
     if kind == "material":
-        return [(f"{case.dimension}D", case, materials.checks(case)) for case in materials.cases(name)]
+        return [
+            (f"{case.dimension}D", case, materials.checks(case)) for case in materials.cases(name)
+        ]
     if kind == "method":
         choices = Choices(**settings["method"])
         step = registry.get("method", name)
         if getattr(step, "needs", cauchy_stress) is not cauchy_stress:
             return []  # the contract is that of explicit loops
-        return [(f"{case.dimension}D", case, methods.checks(case)) for case in methods.cases(choices)]
+        return [
+            (f"{case.dimension}D", case, methods.checks(case)) for case in methods.cases(choices)
+        ]
     problem = problems.ProblemCase(
         name, parameters(settings["problem"]), settings["material"]["name"], parameters(settings["material"]),
         settings["resolution"], settings["particles_per_cell"], settings["end_time"],

@@ -1,7 +1,8 @@
 """The process that children are forked from: it has loaded all heavy libraries once and does nothing else.
 
-Run as ``python -m mpmbench.runs.server DESCRIPTOR PARENT``. The client sends a socket to get a child that serves it, or
-the number of a child to learn how it ended. When the client goes away the server ends, and its children end with it.
+Run as ``python -m mpmbench.runs.server DESCRIPTOR PARENT``. The client sends a socket to get a
+child that serves it, or the number of a child to learn how it ended. When the client goes away the
+server ends, and its children end with it.
 """
 
 import os

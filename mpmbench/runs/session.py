@@ -7,7 +7,17 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-from mpmbench.runs import compose, display, execute, isolation, launchers, live, reporting, settings, sweep
+from mpmbench.runs import (
+    compose,
+    display,
+    execute,
+    isolation,
+    launchers,
+    live,
+    reporting,
+    settings,
+    sweep,
+)
 from mpmbench.runs.guard import guarded
 from mpmbench.runs.identity import result_path
 from mpmbench.runs.ledger import Ledger, follow_owner, opened
@@ -34,7 +44,12 @@ def run(flags: list[str], pairs: list[str], started: float) -> int:
         guarded(str(ledger.folder)) if parallel else nullcontext(),
     ):
         view = live.View(ledger)
-        sweeping.plan, sweeping.single, sweeping.announce, sweeping.done = None, None, view.begin, ledger.ended
+        sweeping.plan, sweeping.single, sweeping.announce, sweeping.done = (
+            None,
+            None,
+            view.begin,
+            ledger.ended,
+        )
         interrupted = False
         try:
             launch(flags, pairs, ledger)
@@ -61,7 +76,9 @@ def run(flags: list[str], pairs: list[str], started: float) -> int:
         if failed:
             print(display.failures(failed))
         if stopped and len(records) < len(plan.to_run):
-            print(f"{len(plan.to_run) - len(records)} runs were not started, since one failed (on_error=stop)")
+            print(
+                f"{len(plan.to_run) - len(records)} runs were not started, since one failed (on_error=stop)"
+            )
     if interrupted:
         raise KeyboardInterrupt
     folder = Path(plan.folder) if plan else Path(records[0].file).parent if records else None
@@ -73,7 +90,8 @@ def run(flags: list[str], pairs: list[str], started: float) -> int:
 def launch(flags: list[str], pairs: list[str], ledger: Ledger) -> None:
     """Let Hydra run everything; what a dying worker of a launcher takes down with it is launched again.
 
-    Which run was to blame is not known, so that only one that was under way at two deaths counts as crashed.
+    Which run was to blame is not known, so that only one that was under way at two deaths counts as
+    crashed.
 
     Raises
     ------
@@ -95,12 +113,16 @@ def launch(flags: list[str], pairs: list[str], ledger: Ledger) -> None:
             running = set(ledger.running())
             for name in running - suspects:
                 ledger.forget_start(name)
-            close_open_runs(ledger, "crashed", "the launcher's process that ran it was killed, twice")
+            close_open_runs(
+                ledger, "crashed", "the launcher's process that ran it was killed, twice"
+            )
             progress = ledger.ended() != ended or running - suspects
             suspects |= running
             if not progress:
                 text = " ".join(f"{type(error).__name__}: {error}".split())
-                raise BadInput(f"hydra/launcher={launchers.chosen(pairs)} failed: {text}", exit_code=1) from None
+                raise BadInput(
+                    f"hydra/launcher={launchers.chosen(pairs)} failed: {text}", exit_code=1
+                ) from None
 
 
 def of_interruption(error: BaseException | None) -> bool:
@@ -119,7 +141,9 @@ def close_open_runs(ledger: Ledger, status: str, reason: str) -> None:
             continue
         since = (ledger.folder / f"{cell.name}.running").stat().st_mtime
         file = result_path(cell.config)
-        if file.exists() and file.stat().st_mtime > since:  # it was killed between its result and its record
+        if (
+            file.exists() and file.stat().st_mtime > since
+        ):  # it was killed between its result and its record
             continue
         known = attributes(cell.config) | {"status": status, "reason": reason}
         with execute.uninterrupted():
@@ -131,7 +155,9 @@ def repeat_timings(ledger: Ledger) -> None:
     plan = compose.sweeping.plan
     single = [compose.sweeping.single] if compose.sweeping.single else []
     configs = [cell.config for cell in plan.to_run] if plan else single
-    most = max((2 * config["repeats"] for config in configs), default=0)  # others may come in between
+    most = max(
+        (2 * config["repeats"] for config in configs), default=0
+    )  # others may come in between
     for _ in range(most):
         records = ledger.records()
         due = [
@@ -192,7 +218,11 @@ def run_composed(config: Any, hydra: Any, ledger: Ledger) -> None:
             ledger.started(name, fraction)
 
     crowded = launchers.name_of(hydra) == "submitit_local" and not single
-    place = slot(ledger.folder, max(1, (os.cpu_count() or 1) // resolved["threads"])) if crowded else nullcontext()
+    place = (
+        slot(ledger.folder, max(1, (os.cpu_count() or 1) // resolved["threads"]))
+        if crowded
+        else nullcontext()
+    )
     alone = sequential and resolved["timing"] == "exclusive"
     with place, display.progress_bar(name, shown=single) as progress:
         record = execute.run(resolved, mark, alone, on_start=lambda: ledger.started(name))

@@ -5,7 +5,14 @@ from typing import Any
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from mpmbench.runs.schema import GROUPS, PROBLEM_DEFAULTS, BadInput, check_types, experiments, read_yaml
+from mpmbench.runs.schema import (
+    GROUPS,
+    PROBLEM_DEFAULTS,
+    BadInput,
+    check_types,
+    experiments,
+    read_yaml,
+)
 
 
 def resolve(composed: DictConfig, hydra: Any) -> tuple[dict[str, Any], str]:
@@ -32,16 +39,26 @@ def resolve(composed: DictConfig, hydra: Any) -> tuple[dict[str, Any], str]:
     except OmegaConfBaseException as error:
         raise BadInput(" ".join(str(error).split())) from None
     assert isinstance(plain, dict)
-    return fill({str(key): value for key, value in plain.items()}, {*given, *dotted(body)}, experiment)
+    return fill(
+        {str(key): value for key, value in plain.items()}, {*given, *dotted(body)}, experiment
+    )
 
 
-def fill(plain: dict[str, Any], given: set[str], experiment: str | None) -> tuple[dict[str, Any], str]:
+def fill(
+    plain: dict[str, Any], given: set[str], experiment: str | None
+) -> tuple[dict[str, Any], str]:
     """Apply the problem's ``method_defaults``, ``basis_defaults`` and ``material_defaults``, then check types.
 
     Those of methods and bases are listed by name; a key that was given keeps its value.
     """
-    config = {key: dict(value) if key in GROUPS else value for key, value in plain.items() if key != "cases"}
-    by_method, by_basis, for_material = (config["problem"].pop(key, None) or {} for key in PROBLEM_DEFAULTS)
+    config = {
+        key: dict(value) if key in GROUPS else value
+        for key, value in plain.items()
+        if key != "cases"
+    }
+    by_method, by_basis, for_material = (
+        config["problem"].pop(key, None) or {} for key in PROBLEM_DEFAULTS
+    )
     for group, defaults in (
         ("method", by_method.get(config["method"]["name"], {})),
         ("basis", by_basis.get(config["basis"]["name"], {})),

@@ -26,7 +26,10 @@ def write(folder: Path, inputs: str, names: set[str]) -> None:
     names : set of str
         Names of its result files; others in the folder are of an earlier version of the experiment.
     """
-    content = {"inputs": inputs, "files": {name: size_and_time(folder / name) for name in sorted(names)}}
+    content = {
+        "inputs": inputs,
+        "files": {name: size_and_time(folder / name) for name in sorted(names)},
+    }
     (folder / NAME).write_text(json.dumps(content, indent=0) + "\n", encoding="utf-8")
 
 
@@ -35,7 +38,8 @@ def is_valid(folder: Path, inputs: str) -> bool:
     content = read(folder)
     files = content.get("files", {})
     return content.get("inputs") == inputs and all(
-        (folder / name).exists() and size_and_time(folder / name) == mark for name, mark in files.items()
+        (folder / name).exists() and size_and_time(folder / name) == mark
+        for name, mark in files.items()
     )
 
 

@@ -42,7 +42,11 @@ def describe(file: Path) -> str:
     state = state_of(attributes, config, code_hash(code_digests(config)))
     if state == "missing":  # interrupted or crashed: to be run again, but there is a file
         state = "failed"
-    changed = f"  changed since: {', '.join(changed_files(attributes, config))}" if state == "stale" else ""
+    changed = (
+        f"  changed since: {', '.join(changed_files(attributes, config))}"
+        if state == "stale"
+        else ""
+    )
     outcome = attributes["status"] + (f": {attributes['reason']}" if attributes["reason"] else "")
     return f"{state:<11}{file.stem:<46}{outcome}{changed}"
 
@@ -69,9 +73,13 @@ def of_sweep(arguments: list[str]) -> int:
     compose.plan_only(plans.append, flags, pairs)
     cells = [cell for plan in plans for cell in plan.cells()]
     for cell in cells:
-        changed = cell.state == "stale" and cell.earlier and changed_files(cell.earlier, cell.config)
+        changed = (
+            cell.state == "stale" and cell.earlier and changed_files(cell.earlier, cell.config)
+        )
         remark = cell.not_applicable or (f"changed since: {', '.join(changed)}" if changed else "")
-        print(f"{'does not apply' if cell.not_applicable else cell.state:<16}{cell.name:<46}{remark}".rstrip())
+        print(
+            f"{'does not apply' if cell.not_applicable else cell.state:<16}{cell.name:<46}{remark}".rstrip()
+        )
     counts = Counter("not applicable" if cell.not_applicable else cell.state for cell in cells)
     found = [f"{counts[state]} {state}" for state in (*STATES, "not applicable") if counts[state]]
     print(f"{len(cells)} runs: {', '.join(found)}")

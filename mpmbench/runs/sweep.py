@@ -9,10 +9,15 @@ from mpmbench.runs import execute
 from mpmbench.runs.identity import code_digests, code_hash, config_hash, result_path
 from mpmbench.runs.provenance import attributes
 
-# The same code would fail the same way again; whatever else failed may have been the machine's or the user's doing.
+# The same code would fail the same way again; whatever else failed may have been the machine's or
+# the user's doing.
 LASTING = ("ok", "diverged", "broke_down", "not_converged", "not_applicable")
 INCOMPLETE = ("missing", "stale", "untimed")
-RERUN = {"missing": INCOMPLETE, "failed": (*INCOMPLETE, "failed"), "all": (*INCOMPLETE, "failed", "fresh")}
+RERUN = {
+    "missing": INCOMPLETE,
+    "failed": (*INCOMPLETE, "failed"),
+    "all": (*INCOMPLETE, "failed", "fresh"),
+}
 LONG_ENOUGH = 20.0  # seconds of timed solving, after which a run is not repeated
 
 
@@ -47,7 +52,9 @@ class Plan:
         return [
             execute.Record(path.stem, cell.earlier["status"], cell.earlier["reason"], str(path))
             for cell in self.finished
-            if (path := result_path(cell.config)) and cell.earlier and cell.earlier["status"] not in execute.SUCCESS
+            if (path := result_path(cell.config))
+            and cell.earlier
+            and cell.earlier["status"] not in execute.SUCCESS
         ]
 
     @property
@@ -60,7 +67,9 @@ class Plan:
         return [*self.to_run, *self.finished, *self.not_applicable]
 
 
-def make_plan(combinations: list[list[str]], compose: Callable[[list[str]], tuple[dict[str, Any], str]]) -> Plan:
+def make_plan(
+    combinations: list[list[str]], compose: Callable[[list[str]], tuple[dict[str, Any], str]]
+) -> Plan:
     """Compose and check every cell, and sort the cells by what is to be done with them.
 
     Parameters
@@ -68,8 +77,8 @@ def make_plan(combinations: list[list[str]], compose: Callable[[list[str]], tupl
     combinations : list of list of str
         The overrides of each cell.
     compose : callable
-        From overrides to the configuration and, when a key does not belong to a chosen option, the reason why the cell
-        does not apply.
+        From overrides to the configuration and, when a key does not belong to a chosen option, the
+        reason why the cell does not apply.
 
     Raises
     ------
@@ -89,7 +98,9 @@ def make_plan(combinations: list[list[str]], compose: Callable[[list[str]], tupl
         if cell.not_applicable:
             plan.not_applicable.append(cell)
             continue
-        chosen = "|".join(cell.config[group]["name"] for group in ("method", "basis", "material", "problem"))
+        chosen = "|".join(
+            cell.config[group]["name"] for group in ("method", "basis", "material", "problem")
+        )
         if chosen not in codes:
             codes[chosen] = code_hash(code_digests(cell.config))
         cell.state = state_of(cell.earlier, cell.config, codes[chosen])
@@ -103,13 +114,16 @@ def make_plan(combinations: list[list[str]], compose: Callable[[list[str]], tupl
 def steps_of(config: dict[str, Any]) -> float:
     """Number of time steps; that of a step at the stability limit grows with the resolution."""
     step = config["time_step"]
-    return float(config["resolution"]) if step == "auto" else float(config["end_time"]) / float(step)
+    return (
+        float(config["resolution"]) if step == "auto" else float(config["end_time"]) / float(step)
+    )
 
 
 def state_of(earlier: dict[str, Any] | None, config: dict[str, Any], code: str) -> str:
     """What the file of an earlier run is worth: missing, stale, untimed, failed or fresh.
 
-    A run that was interrupted or crashed counts as missing, one that reached a limit as long as the limit was lower.
+    A run that was interrupted or crashed counts as missing, one that reached a limit as long as the
+    limit was lower.
     """
     if earlier is None or earlier["config_hash"] != config_hash(config):
         return "missing"
@@ -122,7 +136,11 @@ def state_of(earlier: dict[str, Any] | None, config: dict[str, Any], code: str) 
         return "missing" if raised else "failed"
     if status not in LASTING:
         return "missing"
-    if status == "ok" and config["timing"] == "exclusive" and not timed_enough(earlier["solver_times"], config):
+    if (
+        status == "ok"
+        and config["timing"] == "exclusive"
+        and not timed_enough(earlier["solver_times"], config)
+    ):
         return "untimed"
     return "fresh" if status in execute.SUCCESS else "failed"
 
@@ -136,7 +154,10 @@ def record_inapplicable(plan: Plan) -> None:
     """Leave a file for each cell that does not apply, with the reason."""
     for cell in plan.not_applicable:
         earlier = cell.earlier or {}
-        if earlier.get("status") == "not_applicable" and earlier.get("reason") == cell.not_applicable:
+        if (
+            earlier.get("status") == "not_applicable"
+            and earlier.get("reason") == cell.not_applicable
+        ):
             continue
         verdict = {"status": "not_applicable", "reason": cell.not_applicable}
         execute.leave_record(cell.config, attributes(cell.config) | verdict)

@@ -1,8 +1,9 @@
 """Whose turn it is on this machine: runs that are timed wait until no other run of this user is under way.
 
-Two locked files: a run holds the first while it waits, so that an exclusive one is not overtaken for ever, and the
-second while it computes, shared or alone. The system releases them when a process dies. A run that is not timed waits
-for a while only, since the other may have been suspended; it then leaves a mark, and that timing does not count.
+Two locked files: a run holds the first while it waits, so that an exclusive one is not overtaken
+for ever, and the second while it computes, shared or alone. The system releases them when a process
+dies. A run that is not timed waits for a while only, since the other may have been suspended; it
+then leaves a mark, and that timing does not count.
 """
 
 import fcntl
@@ -23,7 +24,9 @@ LOOK_EVERY = 0.02  # seconds
 def folder() -> Path:
     """Where the locks are: for each user of each machine."""
     runtime = Path(os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir())
-    place = (runtime if runtime.is_dir() else Path(tempfile.gettempdir())) / f"mpmbench-{os.getuid()}"
+    place = (
+        runtime if runtime.is_dir() else Path(tempfile.gettempdir())
+    ) / f"mpmbench-{os.getuid()}"
     place.mkdir(exist_ok=True)
     return place
 
@@ -66,7 +69,11 @@ def wait_for(file: IO[str], kind: int, began: float, patience: float) -> bool:
             return False
         if waited > SAY_AFTER and not _said:
             _said = True
-            print("waiting for other runs of mpmbench on this machine (timing=exclusive)", file=sys.stderr, flush=True)
+            print(
+                "waiting for other runs of mpmbench on this machine (timing=exclusive)",
+                file=sys.stderr,
+                flush=True,
+            )
         time.sleep(LOOK_EVERY)
     return True
 

@@ -16,7 +16,9 @@ def main(arguments: list[str]) -> int:
     methods = [[]] if "method" in given else [[f"method={name}"] for name in options("method")]
     bases = [[]] if "basis" in given else [[f"basis={name}"] for name in options("basis")]
     small = [] if "resolution" in given else ["resolution=4"]
-    cells = compose_many([[*pairs, *method, *basis, *small] for method in methods for basis in bases])
+    cells = compose_many(
+        [[*pairs, *method, *basis, *small] for method in methods for basis in bases]
+    )
     failed = False
     for (config, reason), answer in zip(cells, execute.check(cells), strict=True):
         name = f"{config['method']['name']}, {config['basis']['name']}"

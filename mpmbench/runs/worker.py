@@ -30,7 +30,9 @@ def serve(connection: Connection) -> None:
         connection.send(("done", ANSWERS[name](connection, *arguments)))
 
 
-def check(connection: Connection, cells: list[tuple[dict[str, Any], str, str]]) -> list[dict[str, Any]]:
+def check(
+    connection: Connection, cells: list[tuple[dict[str, Any], str, str]]
+) -> list[dict[str, Any]]:
     """For each configuration: what is wrong with it, why it does not apply, its memory, and its earlier result."""
     answers = []
     for config, reason, target in cells:
@@ -60,17 +62,24 @@ def run(
 ) -> dict[str, Any]:
     """Run one case and write its file; returns status, reason and scalars.
 
-    A run that has the machine to itself, since its turn `began`, keeps the solver times [s] of all its repeats; their
-    median is the solver time.
+    A run that has the machine to itself, since its turn `began`, keeps the solver times [s] of all
+    its repeats; their median is the solver time.
     """
     started = time.perf_counter()
     forget_peak_memory()
     dataset = solve(config, progress_to(connection))
     seconds = time.perf_counter() - started
     dataset["wall_time"] = ((), seconds, {"units": "s", "long_name": "wall-clock time of the run"})
-    dataset["peak_memory"] = ((), peak_memory(), {"units": "MiB", "long_name": "peak resident memory of the process"})
+    dataset["peak_memory"] = (
+        (),
+        peak_memory(),
+        {"units": "MiB", "long_name": "peak resident memory of the process"},
+    )
     if dataset.attrs["status"] == "ok" and attributes["timing_context"] == "exclusive":
-        times = [*earlier_times, *([float(dataset["solver_time"])] if undisturbed_since(began) else [])]
+        times = [
+            *earlier_times,
+            *([float(dataset["solver_time"])] if undisturbed_since(began) else []),
+        ]
         dataset.attrs["timing_context"] = "exclusive" if times else "shared"
         if times:
             dataset["solver_time"] = dataset["solver_time"].copy(data=np.median(times))
@@ -79,10 +88,16 @@ def run(
 
 
 def record(
-    connection: Connection, attributes: dict[str, Any], known: dict[str, tuple[float, str, str]], target: str
+    connection: Connection,
+    attributes: dict[str, Any],
+    known: dict[str, tuple[float, str, str]],
+    target: str,
 ) -> dict[str, Any]:
     """Write the file of a run that did not get to it: attributes, and `known` scalars as (value, units, long name)."""
-    scalars = {name: ((), value, {"units": units, "long_name": text}) for name, (value, units, text) in known.items()}
+    scalars = {
+        name: ((), value, {"units": units, "long_name": text})
+        for name, (value, units, text) in known.items()
+    }
     return finish(xr.Dataset(scalars), attributes, target)
 
 

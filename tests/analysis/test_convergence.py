@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from mpmbench.analysis.convergence import estimate_order, fitted_order, local_orders, order_with_interval
+from mpmbench.analysis.convergence import (
+    estimate_order,
+    fitted_order,
+    local_orders,
+    order_with_interval,
+)
 
 CELLS = 2.0 ** np.arange(3, 10)  # 8 to 512
 
@@ -11,11 +16,13 @@ CELLS = 2.0 ** np.arange(3, 10)  # 8 to 512
 def synthetic(generator, floor_kind):
     """Errors of C h^p (1 + a h) + floor with 2 % log-normal noise: sizes, errors, p, floor.
 
-    Kind "squares": as "level", but the floor adds in squares, as root mean squares of unrelated fields do.
+    Kind "squares": as "level", but the floor adds in squares, as root mean squares of unrelated
+    fields do.
 
-    p 1 to 4, |a h| at the coarsest level up to 0.5, 4 to 7 levels. Kind "level": no floor, or one that equals the
-    error of any level from the finest up to the third from the coarse end, with equal odds. Kind "size": none in
-    three cases of ten, otherwise any value that makes at least a fifth of the finest error, up to the third level's.
+    p 1 to 4, |a h| at the coarsest level up to 0.5, 4 to 7 levels. Kind "level": no floor, or one
+    that equals the error of any level from the finest up to the third from the coarse end, with
+    equal odds. Kind "size": none in three cases of ten, otherwise any value that makes at least a
+    fifth of the finest error, up to the third level's.
     """
     levels = generator.integers(4, 8)
     order, drift = generator.uniform(1.0, 4.0), generator.uniform(-0.5, 0.5)
@@ -60,7 +67,8 @@ def test_interval_covers_the_order_with_other_floors(floor_kind):
 
 
 def test_a_temporal_floor_of_root_mean_squares_leaves_the_order_alone():
-    # quadratic B-splines with moving nodes on the bar with fixed ends, time step 1e-5 s: order 3 until 2.76e-10 m
+    # quadratic B-splines with moving nodes on the bar with fixed ends, time step 1e-5 s: order 3
+    # until 2.76e-10 m
     cells = np.array([7, 15, 31, 63, 127, 255, 511])
     e = np.hypot(7.6e-5 * cells**-3.0, 2.764e-10)
     found = estimate_order(1.0 / cells, e, labels=cells, predicted_floor=2.764e-10)
@@ -69,7 +77,8 @@ def test_a_temporal_floor_of_root_mean_squares_leaves_the_order_alone():
 
 
 def test_a_finer_level_below_it_refutes_a_floor():
-    # max-ent functions on the bar with dynamic traction: four levels alone look like a floor of 7e-9
+    # max-ent functions on the bar with dynamic traction: four levels alone look like a floor of
+    # 7e-9
     cells = np.array([16, 32, 64, 128, 256])
     e = np.array([1.56e-6, 3.32e-7, 4.37e-8, 1.27e-8, 1.91e-9])
     assert estimate_order(1.0 / cells[:4], e[:4]).floor > 5e-9
@@ -97,7 +106,11 @@ def test_estimate_of_an_exact_power_is_sharp_and_has_no_floor():
 def test_order_and_scale_of_the_data_do_not_matter():
     h, e, *_ = synthetic(np.random.default_rng(3), "level")
     found = estimate_order(h, e)
-    for other in (estimate_order(h[::-1], e[::-1]), estimate_order(1e3 * h, e), estimate_order(h, 1e9 * e)):
+    for other in (
+        estimate_order(h[::-1], e[::-1]),
+        estimate_order(1e3 * h, e),
+        estimate_order(h, 1e9 * e),
+    ):
         assert (other.low, other.high) == pytest.approx((found.low, found.high), rel=1e-9)
 
 
@@ -133,7 +146,10 @@ def test_errors_that_rise_again_are_left_out_and_named():
     found = estimate_order(1.0 / CELLS, e, labels=CELLS.astype(int))
     assert found.used.tolist() == [True] * 5 + [False] * 2
     assert found.order == pytest.approx(2.0, abs=0.02)
-    assert "over 8..128 cells" in found.verdict and "at 256..512 cells the errors leave this line" in found.verdict
+    assert (
+        "over 8..128 cells" in found.verdict
+        and "at 256..512 cells the errors leave this line" in found.verdict
+    )
 
 
 def test_errors_without_any_order_get_none():
@@ -147,7 +163,9 @@ def test_one_level_above_a_floor_has_no_order():
     cells = np.array([8, 16, 32, 64])
     found = estimate_order(1.0 / cells, [2.30e-4, 7.30e-5, 6.84e-5, 7.31e-5], labels=cells)
     assert np.isnan(found.order) and found.floor == pytest.approx(7e-5, rel=0.05)
-    assert found.verdict.startswith("no order: at 16..64 cells the errors level off near 7e-05 m; local slopes 1.66")
+    assert found.verdict.startswith(
+        "no order: at 16..64 cells the errors level off near 7e-05 m; local slopes 1.66"
+    )
 
 
 def test_errors_that_do_not_depend_on_the_size_get_none():
@@ -156,7 +174,9 @@ def test_errors_that_do_not_depend_on_the_size_get_none():
     assert found.verdict.startswith("no order: over")
 
 
-@pytest.mark.parametrize(("levels", "verdict"), [(0, "no finished run"), (1, "one level only"), (2, "two levels")])
+@pytest.mark.parametrize(
+    ("levels", "verdict"), [(0, "no finished run"), (1, "one level only"), (2, "two levels")]
+)
 def test_few_levels_state_no_interval(levels, verdict):
     found = estimate_order(1.0 / CELLS[:levels], CELLS[:levels] ** -2.0)
     assert np.isnan(found.half_width)
@@ -191,6 +211,13 @@ def test_bad_data_are_refused(sizes, errors, message):
 
 def test_predicted_floor_that_three_levels_cannot_show_is_named():
     cells = np.array([8, 16, 32])
-    found = estimate_order(1.0 / cells, [2.42e-8, 2.17e-9, 3.35e-10], labels=cells, predicted_floor=2.764e-10)
-    assert found.order == pytest.approx(3.48, abs=0.01), "the slope that the time step bends is left out"
-    assert "at 32 cells most of the error is that of the time step (predicted 2.8e-10 m)" in found.verdict
+    found = estimate_order(
+        1.0 / cells, [2.42e-8, 2.17e-9, 3.35e-10], labels=cells, predicted_floor=2.764e-10
+    )
+    assert found.order == pytest.approx(3.48, abs=0.01), (
+        "the slope that the time step bends is left out"
+    )
+    assert (
+        "at 32 cells most of the error is that of the time step (predicted 2.8e-10 m)"
+        in found.verdict
+    )

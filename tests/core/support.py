@@ -38,7 +38,9 @@ def compose(problem: str, method: str, basis: str, **changes: Any) -> dict[str, 
     method_defaults = settings.pop("method_defaults", {}).get(method, {})
     basis_defaults = settings.pop("basis_defaults", {}).get(basis, {})
     material = changes.pop("material", None) or next(
-        entry["override /material"] for entry in defaults["defaults"] if "override /material" in entry
+        entry["override /material"]
+        for entry in defaults["defaults"]
+        if "override /material" in entry
     )
     config: dict[str, Any] = {
         **EXTRA,
@@ -48,7 +50,9 @@ def compose(problem: str, method: str, basis: str, **changes: Any) -> dict[str, 
         "basis": {**section("basis", basis), **basis_defaults},
         "material": section("material", material),
     }
-    config["material"].update({k: v for k, v in material_defaults.items() if k in config["material"]})
+    config["material"].update(
+        {k: v for k, v in material_defaults.items() if k in config["material"]}
+    )
     for key, value in changes.items():
         target = config
         *groups, last = key.split("__")
@@ -79,7 +83,9 @@ class ConvergenceStudy:
 
     def test_order(self) -> None:
         errors = [
-            float(run(self.problem, self.method, self.basis, resolution=n, **self.changes)[self.norm])
+            float(
+                run(self.problem, self.method, self.basis, resolution=n, **self.changes)[self.norm]
+            )
             for n in self.cells
         ]
         order = fitted_order(1.0 / np.array(self.cells), np.array(errors))

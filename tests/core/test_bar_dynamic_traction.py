@@ -32,7 +32,9 @@ def test_simple_wave_satisfies_the_equation_of_motion(t: float) -> None:
     assert np.allclose(100.0 * acceleration, force, atol=2e-3 * np.abs(force).max())
     fields = PROBLEM.simple_wave(X, t, BAR)
     assert np.allclose(fields["velocity"][:, 0], (u(0, h) - u(0, -h)) / (2 * h), atol=1e-7)
-    assert np.allclose(fields["stress"][:, 0, 0], nominal_stress(1.0 + (u(h, 0) - u(-h, 0)) / (2 * h)), atol=1e-5)
+    assert np.allclose(
+        fields["stress"][:, 0, 0], nominal_stress(1.0 + (u(h, 0) - u(-h, 0)) / (2 * h)), atol=1e-5
+    )
 
 
 @pytest.mark.parametrize("t", (0.4, 1.3, 2.6, 3.7))
@@ -52,8 +54,14 @@ def test_linear_solution(t: float) -> None:
     fields = PROBLEM.linear(ends, t, BAR)
     assert fields["displacement"][0, 0] == pytest.approx(0.0, abs=1e-15)
     assert fields["stress"][1, 0, 0] == pytest.approx(PROBLEM.traction(t), abs=1e-12)
-    assert np.allclose(100.0 * (u(h, 0) - u(-h, 0)) / (2 * h), PROBLEM.linear(X, t, BAR)["stress"][:, 0, 0], atol=1e-3)
-    assert np.allclose((u(0, h) - u(0, -h)) / (2 * h), PROBLEM.linear(X, t, BAR)["velocity"][:, 0], atol=1e-5)
+    assert np.allclose(
+        100.0 * (u(h, 0) - u(-h, 0)) / (2 * h),
+        PROBLEM.linear(X, t, BAR)["stress"][:, 0, 0],
+        atol=1e-3,
+    )
+    assert np.allclose(
+        (u(0, h) - u(0, -h)) / (2 * h), PROBLEM.linear(X, t, BAR)["velocity"][:, 0], atol=1e-5
+    )
 
 
 @pytest.mark.parametrize(
@@ -63,7 +71,12 @@ def test_linear_solution(t: float) -> None:
         ("otm", "maxent", {}, 4.946e-8),
         ("otm", "linear", {}, 6.46e-7),
         ("mpm", "bspline", {"method__mass": "consistent"}, 1.602e-7),
-        ("mpm", "bspline", {"method__mass": "consistent", "method__traction": "last_particle"}, 7.63e-7),
+        (
+            "mpm",
+            "bspline",
+            {"method__mass": "consistent", "method__traction": "last_particle"},
+            7.63e-7,
+        ),
     ],
 )
 def test_reference_values(method: str, basis: str, changes: dict, expected: float) -> None:
@@ -76,7 +89,14 @@ def test_errors_against_the_linear_solution_stop_at_the_nonlinearity() -> None:
     """7.9e-7 m at T = 0.4: what the paper measures there is the difference of two solutions."""
     result = run("bar_dynamic_traction", "unified", "bspline")
     assert float(result["error_displacement_rms_alternative"]) == pytest.approx(7.9e-7, rel=0.02)
-    result = run("bar_dynamic_traction", "unified", "bspline", end_time=0.1, resolution=256, particles_per_cell=12)
+    result = run(
+        "bar_dynamic_traction",
+        "unified",
+        "bspline",
+        end_time=0.1,
+        resolution=256,
+        particles_per_cell=12,
+    )
     assert float(result["error_displacement_rms_alternative"]) == pytest.approx(7.5e-9, rel=0.05)
 
 
@@ -99,20 +119,38 @@ class TestMpmLinear(ConvergenceStudy):
 
 
 class TestOtmLinear(ConvergenceStudy):
-    problem, method, order, cells, changes = "bar_dynamic_traction", "otm", 5.0 / 3.0, (32, 64, 128, 256), SHORT
+    problem, method, order, cells, changes = (
+        "bar_dynamic_traction",
+        "otm",
+        5.0 / 3.0,
+        (32, 64, 128, 256),
+        SHORT,
+    )
 
 
 class TestUnified(ConvergenceStudy):
     """2 for quadratic functions; local slopes swing about it, because the kink meets the knots now here, now there."""
 
-    problem, method, basis, order, tolerance = "bar_dynamic_traction", "unified", "bspline", 2.0, 0.2
+    problem, method, basis, order, tolerance = (
+        "bar_dynamic_traction",
+        "unified",
+        "bspline",
+        2.0,
+        0.2,
+    )
     cells, changes = (32, 64, 128, 256, 512), SHORT
 
 
 class TestOtmMaxEnt(ConvergenceStudy):
     """About 15/7."""
 
-    problem, method, basis, order, tolerance = "bar_dynamic_traction", "otm", "maxent", 15.0 / 7.0, 0.3
+    problem, method, basis, order, tolerance = (
+        "bar_dynamic_traction",
+        "otm",
+        "maxent",
+        15.0 / 7.0,
+        0.3,
+    )
     cells, changes = (16, 32, 64, 128, 256), SHORT
 
 
@@ -125,14 +163,17 @@ def test_runs_until_four_seconds(method: str) -> None:
     assert float(result["time_reached"]) == pytest.approx(4.0)
     assert float(np.abs(result["external_work"]).max()) > 1e-3
     assert float(result["energy_drift"]) < 0.05
-    # the linear solution is at rest again; what is left is small against the largest displacement, 2/pi cm
+    # the linear solution is at rest again; what is left is small against the largest displacement,
+    # 2/pi cm
     assert float(result["error_displacement_rms_alternative"]) < 0.1 * 0.02 / np.pi
 
 
 def test_cut_off_for_near_empty_cells() -> None:
     """The last active function is seen by one particle near the edge of its support: without the cut-off it breaks."""
     changes = {"problem__domain_cells": 80, "method__mass": "consistent", "time_step": 2e-4}
-    assert solve(compose("bar_dynamic_traction", "mpm", "bspline", **changes)).attrs["status"] == "ok"
+    assert (
+        solve(compose("bar_dynamic_traction", "mpm", "bspline", **changes)).attrs["status"] == "ok"
+    )
 
 
 def test_grid_that_does_not_fit_is_refused() -> None:
@@ -143,6 +184,8 @@ def test_grid_that_does_not_fit_is_refused() -> None:
 
 @pytest.mark.parametrize("layout", ("midpoint", "gauss", "aligned"))
 def test_mass_of_the_bar(layout: str) -> None:
-    problem = registry.get("problem", "bar_dynamic_traction")(domain_cells=80, particle_layout=layout)
+    problem = registry.get("problem", "bar_dynamic_traction")(
+        domain_cells=80, particle_layout=layout
+    )
     _, V0 = problem.seed(68, 4)
     assert V0.sum() == pytest.approx(1.0, rel=1e-12)

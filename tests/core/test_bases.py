@@ -7,23 +7,33 @@ from mpmbench.analysis.contracts import bases
 from mpmbench.core import registry
 from mpmbench.core.errors import SolverFailure
 
-# where the default is a special case (MLS with this radius is the linear basis in 1D), the general one
+# where the default is a special case (MLS with this radius is the linear basis in 1D), the general
+# one
 GENERAL: dict[str, dict] = {"mls": {"relative_radius": 2.3}}
 CASES = [  # each dimension and kind of nodes is compiled anew from the same text
     pytest.param(case, marks=pytest.mark.slow) if case.dimension == 3 and case.moved else case
     for name in registry.names("basis")
     for case in bases.cases(name, GENERAL.get(name))
 ]
-OTHER_DEGREES = bases.cases("bspline", {"degree": 1}, kronecker="everywhere", continuous_gradient=False)
+OTHER_DEGREES = bases.cases(
+    "bspline", {"degree": 1}, kronecker="everywhere", continuous_gradient=False
+)
 OTHER_DEGREES += bases.cases("bspline", {"degree": 3})
 CASES += [  # each dimension and degree is compiled anew: the other degrees in 1D here
-    pytest.param(case, marks=pytest.mark.slow) if case.dimension > 1 else case for case in OTHER_DEGREES
+    pytest.param(case, marks=pytest.mark.slow) if case.dimension > 1 else case
+    for case in OTHER_DEGREES
 ]
-CASES += [case for prior in ("quartic_spline", "gaussian") for case in bases.cases("maxent", {"prior": prior})]
+CASES += [
+    case
+    for prior in ("quartic_spline", "gaussian")
+    for case in bases.cases("maxent", {"prior": prior})
+]
 
 
 def name_of(case: bases.BasisCase) -> str:
-    return f"{case.name}{case.settings or ''}-{case.dimension}D-{'moved' if case.moved else 'fixed'}"
+    return (
+        f"{case.name}{case.settings or ''}-{case.dimension}D-{'moved' if case.moved else 'fixed'}"
+    )
 
 
 @pytest.mark.parametrize("case", CASES, ids=name_of)

@@ -10,12 +10,17 @@ from mpmbench.runs import case, compose, schema
 
 SMALL = {1: 12, 2: 4, 3: 3}  # cells along the reference length
 EVERY = [
-    (p, m, b) for p in schema.options("problem") for m in schema.options("method") for b in schema.options("basis")
+    (p, m, b)
+    for p in schema.options("problem")
+    for m in schema.options("method")
+    for b in schema.options("basis")
 ]
 
 
 def configuration(problem: str, method: str, basis: str) -> dict[str, Any]:
-    (config, reason), *_ = compose.compose_many([[f"problem={problem}", f"method={method}", f"basis={basis}"]])
+    (config, reason), *_ = compose.compose_many(
+        [[f"problem={problem}", f"method={method}", f"basis={basis}"]]
+    )
     if reason:
         raise NotApplicable(reason)
     dimension = registry.get("problem", problem)().dimension
@@ -36,13 +41,19 @@ def attempt(problem: str, method: str, basis: str) -> str:
     return f"{result.attrs['status']}: {result.attrs['reason']}"
 
 
-QUICK = [cell for cell in EVERY if cell[0] == "plate_axis_aligned" and cell[1] in ("mpm", "otm", "unified")]
+QUICK = [
+    cell
+    for cell in EVERY
+    if cell[0] == "plate_axis_aligned" and cell[1] in ("mpm", "otm", "unified")
+]
 
 
 @pytest.mark.parametrize(("problem", "method", "basis"), QUICK)
 def test_cells_of_the_explicit_benchmarks(problem: str, method: str, basis: str) -> None:
     outcome = attempt(problem, method, basis)
-    applies = registry.get("basis", basis).promises.partition_of_unity  # no Galerkin method can do without
+    applies = registry.get(
+        "basis", basis
+    ).promises.partition_of_unity  # no Galerkin method can do without
     assert outcome == "ok: " if applies else outcome.startswith("not applicable: "), outcome
 
 
@@ -59,7 +70,9 @@ def test_every_cell_is_accepted_or_refused_with_a_reason() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("problem", "method", "basis"), [cell for cell in EVERY if cell not in QUICK])
+@pytest.mark.parametrize(
+    ("problem", "method", "basis"), [cell for cell in EVERY if cell not in QUICK]
+)
 def test_cells_of_the_other_problems(problem: str, method: str, basis: str) -> None:
     """Here a cell may also break down or not converge: then its reason is the result."""
     outcome = attempt(problem, method, basis)

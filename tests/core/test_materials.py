@@ -15,7 +15,9 @@ CASES = [
 
 
 def name_of(part: object) -> str:
-    return f"{part.name}-{part.dimension}D" if isinstance(part, materials.MaterialCase) else str(part)
+    return (
+        f"{part.name}-{part.dimension}D" if isinstance(part, materials.MaterialCase) else str(part)
+    )
 
 
 @pytest.mark.parametrize(("check", "case"), CASES, ids=name_of)
@@ -25,7 +27,8 @@ def test_contract(check: str, case: materials.MaterialCase) -> None:
 
 
 @pytest.mark.parametrize(
-    ("key", "value"), [("young_modulus", 0.0), ("young_modulus", -1.0), ("poisson_ratio", 0.5), ("density", 0.0)]
+    ("key", "value"),
+    [("young_modulus", 0.0), ("young_modulus", -1.0), ("poisson_ratio", 0.5), ("density", 0.0)],
 )
 def test_constants_out_of_range_are_refused(key: str, value: float) -> None:
     with pytest.raises(BadSetting, match=key):

@@ -24,7 +24,9 @@ def jittered(dim: int, share: float, seed: int = 1) -> Cloud:
     n = CELLS[dim]
     nodes = Box((0.0,) * dim, (1.0,) * dim, (n,) * dim).nodes()
     inside = np.all((nodes > 1e-9) & (nodes < 1.0 - 1e-9), axis=1, keepdims=True)
-    return Cloud(nodes + inside * np.random.default_rng(seed).uniform(-share, share, nodes.shape) / n)
+    return Cloud(
+        nodes + inside * np.random.default_rng(seed).uniform(-share, share, nodes.shape) / n
+    )
 
 
 def points(dim: int, count: int = 200) -> np.ndarray:
@@ -44,16 +46,26 @@ def rotated(cloud: Cloud, angle: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 CASES = [
-    *(pytest.param(MaxEnt(prior=p), 0.05, d, id=f"maxent-{p}-{d}D") for p in ("cubic_spline",) for d in (1, 2, 3)),
+    *(
+        pytest.param(MaxEnt(prior=p), 0.05, d, id=f"maxent-{p}-{d}D")
+        for p in ("cubic_spline",)
+        for d in (1, 2, 3)
+    ),
     pytest.param(MaxEnt(prior="quartic_spline", d_max=3.0), 0.2, 2, id="maxent-quartic_spline-2D"),
     pytest.param(MaxEnt(prior="gaussian", d_max=3.5), 0.2, 3, id="maxent-gaussian-3D"),
-    *(pytest.param(LocalMaxEnt(gamma=g), 0.3, d, id=f"lme-{g}-{d}D") for g in (0.8, 1.8, 6.8) for d in (1, 2, 3)),
+    *(
+        pytest.param(LocalMaxEnt(gamma=g), 0.3, d, id=f"lme-{g}-{d}D")
+        for g in (0.8, 1.8, 6.8)
+        for d in (1, 2, 3)
+    ),
 ]
 
 
 @pytest.mark.parametrize(("settings", "share", "dim"), CASES)
 class TestFunctions:
-    def test_completeness_and_sign(self, settings: MaxEnt | LocalMaxEnt, share: float, dim: int) -> None:
+    def test_completeness_and_sign(
+        self, settings: MaxEnt | LocalMaxEnt, share: float, dim: int
+    ) -> None:
         basis, x = settings.build(jittered(dim, share), 0, False), points(dim)
         stored = basis.evaluate(x)
         phi, grad = stored.matrix(len(basis.nodes)), stored.gradient_matrix(len(basis.nodes))
@@ -77,21 +89,30 @@ class TestFunctions:
             error = np.abs(grad[:, :, d] - difference).max(axis=1) / CELLS[dim]
             assert np.all(error < 1e-6 + 1e-15 / (step[:, 0] * CELLS[dim]))
 
-    def test_scale_does_not_matter(self, settings: MaxEnt | LocalMaxEnt, share: float, dim: int) -> None:
+    def test_scale_does_not_matter(
+        self, settings: MaxEnt | LocalMaxEnt, share: float, dim: int
+    ) -> None:
         """A micrometre and a megametre: no length is hidden in the tolerances."""
         cloud, x = jittered(dim, share), points(dim)
         reference = settings.build(cloud, 0, False).evaluate(x)
         for scale in (1e-6, 1e6):
             scaled = settings.build(Cloud(scale * cloud.nodes), 0, False).evaluate(scale * x)
-            assert np.abs(scaled.matrix(len(cloud.nodes)) - reference.matrix(len(cloud.nodes))).max() < 1e-9
+            assert (
+                np.abs(scaled.matrix(len(cloud.nodes)) - reference.matrix(len(cloud.nodes))).max()
+                < 1e-9
+            )
             gradient = scale * scaled.gradient_matrix(len(cloud.nodes))
             away = np.minimum(x, 1.0 - x).min(axis=1) > 1e-3
             assert np.abs(gradient - reference.gradient_matrix(len(cloud.nodes)))[away].max() < 1e-8
 
-    def test_search_finds_what_all_nodes_give(self, settings: MaxEnt | LocalMaxEnt, share: float, dim: int) -> None:
+    def test_search_finds_what_all_nodes_give(
+        self, settings: MaxEnt | LocalMaxEnt, share: float, dim: int
+    ) -> None:
         cloud, x = jittered(dim, share), points(dim)
         near = settings.build(cloud, 0, False).evaluate(x)
-        every = type(settings)(**{**vars(settings), "search": "all"}).build(cloud, 0, False).evaluate(x)
+        every = (
+            type(settings)(**{**vars(settings), "search": "all"}).build(cloud, 0, False).evaluate(x)
+        )
         for a, b in zip(near[1:], every[1:], strict=True):
             assert np.array_equal(a, b)
 
@@ -99,7 +120,9 @@ class TestFunctions:
 def test_cubic_prior_on_a_line_is_the_cubic_spline() -> None:
     """Fact 6: with d_max = 2, away from the ends, where the splines differ."""
     box = Box((0.0,), (3.0,), (12,))
-    x = np.linspace(0.76, 2.24, 97)[:, None]  # two cells and more away from the ends: all supports are whole
+    x = np.linspace(0.76, 2.24, 97)[
+        :, None
+    ]  # two cells and more away from the ends: all supports are whole
     ours = MaxEnt().build(box, 0, False).evaluate(x)
     splines = BSpline(degree=3).build(box, 0, False).evaluate(x)
     assert np.abs(ours.matrix(13) - splines.matrix(15)[:, 1:-1]).max() < 1e-14
@@ -116,7 +139,9 @@ def test_end_of_a_line(settings: MaxEnt | LocalMaxEnt) -> None:
         assert np.array_equal(stored.matrix(9), np.eye(9)[[0, -1]])
         grad = stored.gradient_matrix(9)[:, :, 0]
         inside = basis.evaluate(ends + np.array([[1e-5], [-1e-5]])).gradient_matrix(9)[:, :, 0]
-        assert np.abs(grad - inside).max() < 1e-2  # slopes are about 8; their change over 1e-5 is about 1e-3
+        assert (
+            np.abs(grad - inside).max() < 1e-2
+        )  # slopes are about 8; their change over 1e-5 is about 1e-3
         slopes = np.diff(basis.nodes[[0, 1, -2, -1], 0])[[0, 2]]
         assert grad[0, 0] == pytest.approx(-1.0 / slopes[0], rel=1e-6)
         assert grad[1, -1] == pytest.approx(1.0 / slopes[1], rel=1e-6)
@@ -141,7 +166,9 @@ def test_faces_of_a_turned_box(settings: MaxEnt | LocalMaxEnt, dim: int, share: 
     assert np.abs(phi @ nodes - x).max() < 1e-12
     assert phi[0].max() == pytest.approx(1.0, abs=1e-12)
     assert np.abs(np.einsum("pia,ib->pab", grad, nodes) - np.eye(dim)).max() < 1e-5
-    if share == 0.0:  # in irregular clouds the gradient reaches its limit too slowly to be compared with a neighbour's
+    if (
+        share == 0.0
+    ):  # in irregular clouds the gradient reaches its limit too slowly to be compared with a neighbour's
         inwards = basis.evaluate((flat + 1e-5 * (0.5 - flat)) @ Q.T).gradient_matrix(len(nodes))
         assert np.abs(grad - inwards).max() < 1e-3 * CELLS[dim]
 
@@ -172,7 +199,9 @@ def test_hull_of_a_triangle() -> None:
     rng = np.random.default_rng(2)
     barycentric = rng.dirichlet((1.0, 1.0, 1.0), 400)
     corners = np.array([[0.0, 0.0], [2.0, 0.3], [0.4, 1.0]])
-    basis = LocalMaxEnt(gamma=1.0, radius=0.7).build(Cloud(np.vstack([corners, barycentric @ corners])), 0, True)
+    basis = LocalMaxEnt(gamma=1.0, radius=0.7).build(
+        Cloud(np.vstack([corners, barycentric @ corners])), 0, True
+    )
     assert basis.first_outside(rng.dirichlet((1.0, 1.0, 1.0), 300) @ corners) == -1
     for x in rng.uniform((0.0, 0.0), (2.0, 1.0), (300, 2)):
         weights = np.linalg.solve(np.vstack([corners.T, np.ones(3)]), [*x, 1.0])
@@ -242,11 +271,17 @@ def test_moving_nodes(settings: MaxEnt | LocalMaxEnt) -> None:
         basis.locate(x)
         widths.append(basis.handle.phi.shape[1])
         keep = {"spacing": 0.125} if isinstance(settings, LocalMaxEnt) else {}
-        fresh = type(settings)(**{**vars(settings), **keep}).build(Cloud(basis.nodes), 0, False).evaluate(x)
+        fresh = (
+            type(settings)(**{**vars(settings), **keep})
+            .build(Cloud(basis.nodes), 0, False)
+            .evaluate(x)
+        )
         assert np.array_equal(basis.handle.matrix(81), fresh.matrix(81))
         assert np.array_equal(basis.handle.gradient_matrix(81), fresh.gradient_matrix(81))
     assert isinstance(basis, EntropyBasis)
-    if isinstance(settings, LocalMaxEnt):  # the supports keep their size, so that more nodes come into them
+    if isinstance(
+        settings, LocalMaxEnt
+    ):  # the supports keep their size, so that more nodes come into them
         assert widths[-1] > widths[0]
     assert basis.iterations.min() >= 0 and 2.0 < basis.iterations.mean() < 15.0
 
@@ -261,7 +296,13 @@ def test_any_split_gives_the_same_bits() -> None:
             array[:] = 0
         for first, last in ((stop, len(x)), (0, stop)):
             status = evaluate_range(
-                basis.cloud, make_work(basis.cloud), x, first, last, *basis.handle[1:], basis.iterations
+                basis.cloud,
+                make_work(basis.cloud),
+                x,
+                first,
+                last,
+                *basis.handle[1:],
+                basis.iterations,
             )
             assert status[0] == 0
             assert first == 0 or not basis.handle.size[:first].any()
@@ -278,7 +319,9 @@ def test_buckets_list_all_supports(dim: int) -> None:
     x = rng.uniform(-0.2, 1.2, (500, dim))
     inside = np.linalg.norm(x[:, None] - nodes, axis=2) < support
     lower, upper = nodes.min(axis=0), nodes.max(axis=0)
-    place = np.clip((x - lower) / (upper - lower) * buckets.cells[:dim], 0, buckets.cells[:dim] - 1).astype(int)
+    place = np.clip(
+        (x - lower) / (upper - lower) * buckets.cells[:dim], 0, buckets.cells[:dim] - 1
+    ).astype(int)
     cell = np.zeros(len(x), dtype=int)
     for d in range(dim):
         cell = cell * buckets.cells[d] + place[:, d]
@@ -301,7 +344,9 @@ def test_exponentials() -> None:
         for block in range(0, values.shape[0], LANES):
             exponentiate(values, block)
 
-    x = np.concatenate([np.linspace(-708.0, 708.0, 7993), [0.0, 1e-300, -1e-17, 0.34657, -0.34658, 1.0, -1.0]])
+    x = np.concatenate(
+        [np.linspace(-708.0, 708.0, 7993), [0.0, 1e-300, -1e-17, 0.34657, -0.34658, 1.0, -1.0]]
+    )
     values = x[: len(x) // LANES * LANES].copy()
     exponentials_of(values)
     assert np.abs(values / np.exp(x[: len(values)]) - 1.0).max() < 5e-16
@@ -356,9 +401,13 @@ def test_counts_of_newton_steps() -> None:
         for tolerance, expected in zip((1e-5, 1e-10), published, strict=True):
             steps = {}
             for search in (False, True):
-                basis = LocalMaxEnt(gamma, spacing=1.0, tolerance=tolerance, line_search=search).build(cloud, 0, False)
+                basis = LocalMaxEnt(
+                    gamma, spacing=1.0, tolerance=tolerance, line_search=search
+                ).build(cloud, 0, False)
                 assert isinstance(basis, EntropyBasis)
                 steps[search] = basis.newton_steps(x)
             converged = steps[False] >= 0
             assert steps[False][converged].mean() == pytest.approx(expected, abs=0.6)
-            assert np.all(steps[True][converged] >= 0)  # the others are outside the hull of these nodes
+            assert np.all(
+                steps[True][converged] >= 0
+            )  # the others are outside the hull of these nodes

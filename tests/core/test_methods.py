@@ -1,6 +1,7 @@
 """The contract of every method: the presets and every choice that differs from them, in every dimension.
 
-Each combination of nodes, functions, mass, transfer and stress update either runs the whole contract, or says why not.
+Each combination of nodes, functions, mass, transfer and stress update either runs the whole
+contract, or says why not.
 """
 
 import itertools
@@ -40,14 +41,29 @@ def applicable(choices: Choices) -> bool:
 
 
 def name_of(choices: Choices) -> str:
-    return "-".join((choices.nodes, choices.shape_functions, choices.mass, choices.transfer, choices.stress_update))
+    return "-".join(
+        (
+            choices.nodes,
+            choices.shape_functions,
+            choices.mass,
+            choices.transfer,
+            choices.stress_update,
+        )
+    )
 
 
 def case_name(case: methods.MethodCase) -> str:
     return f"{name_of(case.choices)}-{case.dimension}D"
 
 
-FOR_ALL = ("rigid translation", "free fall", "mass and momentum", "angular momentum", "uniform stretch", "rest")
+FOR_ALL = (
+    "rigid translation",
+    "free fall",
+    "mass and momentum",
+    "angular momentum",
+    "uniform stretch",
+    "rest",
+)
 CASES = [case for choices in COMBINATIONS if applicable(choices) for case in methods.cases(choices)]
 
 

@@ -71,7 +71,9 @@ class TestTimeStep(ConvergenceStudy):
     def test_order(self) -> None:
         errors = [
             float(
-                run(self.problem, self.method, self.basis, resolution=64, time_step=1e-3 / n)["error_displacement_rms"]
+                run(self.problem, self.method, self.basis, resolution=64, time_step=1e-3 / n)[
+                    "error_displacement_rms"
+                ]
             )
             for n in self.cells
         ]
@@ -95,14 +97,19 @@ def test_reference_values_at_32_nodes(method: str, basis: str, mass: str, expect
     assert float(result["error_displacement_rms"]) == pytest.approx(expected, rel=0.02)
 
 
-@pytest.mark.parametrize(("nodes", "crossings"), [(32, 0), (64, 0), (128, 80), (256, 306), (512, 1185)])
+@pytest.mark.parametrize(
+    ("nodes", "crossings"), [(32, 0), (64, 0), (128, 80), (256, 306), (512, 1185)]
+)
 def test_crossing_counts(nodes: int, crossings: int) -> None:
     result = run("bar_fixed_ends", "mpm", "linear", resolution=nodes - 1)
     assert int(result["n_cell_crossings"]) == pytest.approx(crossings, rel=0.1)
 
 
 def test_second_order_is_lost_to_crossing() -> None:
-    errors = [float(run("bar_fixed_ends", "mpm", "linear", resolution=n)["error_displacement_rms"]) for n in (127, 255)]
+    errors = [
+        float(run("bar_fixed_ends", "mpm", "linear", resolution=n)["error_displacement_rms"])
+        for n in (127, 255)
+    ]
     assert np.log2(errors[0] / errors[1]) < 1.0
 
 
@@ -110,7 +117,9 @@ def test_second_order_is_lost_to_crossing() -> None:
 def test_floor_of_the_time_step_is_predicted(time_step: float) -> None:
     """Where the error in space is smaller, the error is the exactly computable one of the leapfrog scheme."""
     result = run("bar_fixed_ends", "unified", "bspline", resolution=255, time_step=time_step)
-    assert float(result["error_displacement_rms"]) == pytest.approx(float(result["predicted_temporal_floor"]), rel=0.1)
+    assert float(result["error_displacement_rms"]) == pytest.approx(
+        float(result["predicted_temporal_floor"]), rel=0.1
+    )
     if time_step == 1e-5:
         assert float(result["predicted_temporal_floor"]) == pytest.approx(2.764e-10, rel=1e-3)
 
@@ -119,7 +128,11 @@ def test_small_strain_law_is_exact_at_large_strain() -> None:
     """v_0 = 20 m/s: 20 % strain, still the linear solution; the order of the moving methods remains."""
     changes = {"problem__velocity_amplitude": 20.0, "end_time": 0.02, "time_step": 2e-5}
     errors = [
-        float(run("bar_fixed_ends", "otm", "linear", resolution=n, **changes)["error_displacement_rms"])
+        float(
+            run("bar_fixed_ends", "otm", "linear", resolution=n, **changes)[
+                "error_displacement_rms"
+            ]
+        )
         for n in (8, 16, 32)
     ]
     slopes = np.log2(np.array(errors[:-1]) / errors[1:])
@@ -130,4 +143,6 @@ def test_stored_errors_are_those_of_the_stored_fields() -> None:
     result = run("bar_fixed_ends", "mpm", "linear", resolution=8)
     for name in ("displacement", "velocity", "stress"):
         last = (result[name] - result[f"{name}_exact"]).isel(snapshot=-1).values
-        assert float(result[f"error_{name}_rms"]) == pytest.approx(root_mean_square(last), rel=1e-12)
+        assert float(result[f"error_{name}_rms"]) == pytest.approx(
+            root_mean_square(last), rel=1e-12
+        )

@@ -6,7 +6,9 @@ import pytest
 from mpmbench.core import registry
 from tests.core.support import ConvergenceStudy, compose, run, solve
 
-MATERIAL = registry.get("material", "neo_hookean")(young_modulus=1e7, poisson_ratio=0.3, density=1000.0)
+MATERIAL = registry.get("material", "neo_hookean")(
+    young_modulus=1e7, poisson_ratio=0.3, density=1000.0
+)
 FINE_STEP = {"time_step": 2.5e-5}
 
 
@@ -44,7 +46,8 @@ def test_body_force_closes_the_balance_of_momentum(amplitude: float, t: float) -
         ("otm", "linear", "consistent", 3.27e-3, 5.49e-2, 0.02),
         ("mpm", "bspline", "consistent", 3.96e-4, 1.945e-3, 0.02),
         ("unified", "bspline", "consistent", 2.143e-4, 1.219e-3, 0.02),
-        # of sigma_11 the reference is 5.96e-4; in the Frobenius norm of the definitions it is 6.24e-4
+        # of sigma_11 the reference is 5.96e-4; in the Frobenius norm of the definitions it is
+        # 6.24e-4
         ("otm", "maxent", "consistent", 3.12e-5, 6.24e-4, 0.02),
     ],
 )
@@ -52,7 +55,9 @@ def test_reference_values(
     method: str, basis: str, mass: str, displacement: float, stress: float, tolerance: float
 ) -> None:
     result = run("plate_axis_aligned", method, basis, method__mass=mass)
-    assert float(result["error_displacement_relative"]) == pytest.approx(displacement, rel=tolerance)
+    assert float(result["error_displacement_relative"]) == pytest.approx(
+        displacement, rel=tolerance
+    )
     assert float(result["error_stress_relative"]) == pytest.approx(stress, rel=tolerance)
     if basis == "maxent":
         assert float(result["error_stress_11_relative"]) == pytest.approx(5.96e-4, rel=0.02)
@@ -96,16 +101,24 @@ class TestMpmBSplineLumped(ConvergenceStudy):
 @pytest.mark.parametrize(("method", "basis"), [("mpm", "bspline"), ("unified", "bspline")])
 def test_too_large_a_step_is_a_failure_with_a_reason(method: str, basis: str) -> None:
     """65 nodes and dt = 1e-4 are beyond the limit of every consistent mass: no number may come out."""
-    result = solve(compose("plate_axis_aligned", method, basis, method__mass="consistent", resolution=64))
+    result = solve(
+        compose("plate_axis_aligned", method, basis, method__mass="consistent", resolution=64)
+    )
     assert result.attrs["status"] in ("diverged", "broke_down")
     assert "step" in result.attrs["reason"]
     assert "t = " in result.attrs["reason"]
     assert "error_displacement_rms" not in result
 
 
-@pytest.mark.parametrize(("method", "basis"), [("mpm", "linear"), ("unified", "bspline"), ("otm", "maxent")])
+@pytest.mark.parametrize(
+    ("method", "basis"), [("mpm", "linear"), ("unified", "bspline"), ("otm", "maxent")]
+)
 def test_threads_give_the_same_bits(method: str, basis: str) -> None:
-    changes = {"resolution": 36, "time_step": 5e-5, "end_time": 5e-4}  # enough particles for several chunks
+    changes = {
+        "resolution": 36,
+        "time_step": 5e-5,
+        "end_time": 5e-4,
+    }  # enough particles for several chunks
     one, two = (run("plate_axis_aligned", method, basis, threads=n, **changes) for n in (1, 2))
     for name in ("position", "velocity", "stress", "volume"):
         assert np.array_equal(one[name].values, two[name].values), name
@@ -114,6 +127,11 @@ def test_threads_give_the_same_bits(method: str, basis: str) -> None:
 def test_automatic_step_is_stable_and_not_timid() -> None:
     """0.9 of the estimated limit runs to the end; 1.2 of it does not."""
     changes = {"resolution": 16, "time_step": "auto", "end_time": 0.02}
-    assert solve(compose("plate_axis_aligned", "unified", "bspline", cfl=0.9, **changes)).attrs["status"] == "ok"
+    assert (
+        solve(compose("plate_axis_aligned", "unified", "bspline", cfl=0.9, **changes)).attrs[
+            "status"
+        ]
+        == "ok"
+    )
     too_large = solve(compose("plate_axis_aligned", "unified", "bspline", cfl=1.2, **changes))
     assert too_large.attrs["status"] in ("diverged", "broke_down")

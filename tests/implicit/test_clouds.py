@@ -54,24 +54,37 @@ def test_reproduction(name: str, dim: int) -> None:
     assert np.allclose(value @ X, x, atol=1e-10)
     assert np.allclose(gradient.sum(axis=1), 0.0, atol=1e-7)
     assert np.allclose(np.einsum("nia,ib->nab", gradient, X), np.eye(dim), atol=1e-7)
-    exact = (value @ X[:, 0] ** 2 - x[:, 0] ** 2 <= 1e-10).all() and np.allclose(value @ X[:, 0] ** 2, x[:, 0] ** 2)
+    exact = (value @ X[:, 0] ** 2 - x[:, 0] ** 2 <= 1e-10).all() and np.allclose(
+        value @ X[:, 0] ** 2, x[:, 0] ** 2
+    )
     assert exact == (name == "mls quadratic")
 
 
 def test_a_point_outside_the_nodes_that_carry_weight_takes_in_another() -> None:
     """A point of a shear band: five of six nodes on one side, the last one at the rim, and functions up to 10."""
-    band = [(-0.263, 0.246), (-0.612, -0.176), (0.064, 0.715), (-1.004, -0.572), (0.337, 1.216), (0.989, -0.984)]
+    band = [
+        (-0.263, 0.246),
+        (-0.612, -0.176),
+        (0.064, 0.715),
+        (-1.004, -0.572),
+        (0.337, 1.216),
+        (0.989, -0.984),
+    ]
     beyond = [(1.3, -0.55), (0.6, -1.4), (1.6, 0.2), (-0.9, 1.4), (-1.7, 0.3)]
     x = np.zeros((1, 2))
     few = MovingLeastSquares(minimum_nodes=6).build(Cloud(np.array(band), spacing=1.0), 1, True)
     assert np.abs(few.evaluate(x).phi).max() > 9.0  # there is no other node
-    basis = MovingLeastSquares(minimum_nodes=6).build(Cloud(np.array(band + beyond), spacing=1.0), 1, True)
+    basis = MovingLeastSquares(minimum_nodes=6).build(
+        Cloud(np.array(band + beyond), spacing=1.0), 1, True
+    )
     basis.locate(x)
     assert basis.repaired == 1
     phi = basis.handle.phi[0, : basis.handle.size[0]]
     assert basis.handle.size[0] > 6
     assert np.abs(phi).sum() < 2.0
-    assert phi @ basis.nodes[basis.handle.index[0, : len(phi)]] == pytest.approx([0.0, 0.0], abs=1e-12)
+    assert phi @ basis.nodes[basis.handle.index[0, : len(phi)]] == pytest.approx(
+        [0.0, 0.0], abs=1e-12
+    )
 
 
 @pytest.mark.parametrize("name", CLOUDS)
@@ -87,11 +100,16 @@ def test_gradients_are_those_of_the_values(name: str) -> None:
         shift = 1e-6 * np.eye(2)[d]
         up, down = basis.evaluate(x + shift), basis.evaluate(x - shift)
         same = np.array(
-            [set(a[:i]) == set(b[:j]) for a, b, i, j in zip(up.index, down.index, up.size, down.size, strict=True)]
+            [
+                set(a[:i]) == set(b[:j])
+                for a, b, i, j in zip(up.index, down.index, up.size, down.size, strict=True)
+            ]
         )
         grown = (up.size == 6) if name == "mls six nodes" else np.zeros(len(x), dtype=bool)
         change = (up.matrix(len(cloud.nodes)) - down.matrix(len(cloud.nodes))) / 2e-6
-        use = same & ~grown  # a radius that grows with the distance of a node is held constant in the gradient
+        use = (
+            same & ~grown
+        )  # a radius that grows with the distance of a node is held constant in the gradient
         checked += int(use.sum())
         assert np.allclose(change[use], gradient[use][:, :, d], atol=2e-6 * np.abs(gradient).max())
     assert checked > 20
@@ -99,14 +117,27 @@ def test_gradients_are_those_of_the_values(name: str) -> None:
 
 def test_failing_clouds_take_in_more_nodes() -> None:
     """A point whose nearest nodes do not surround it has no max-ent functions until they do."""
-    nodes = np.array([[0.0, 0.0], [0.1, 0.0], [0.0, 0.1], [0.1, 0.1], [0.4, 0.2], [0.2, 0.4], [0.4, 0.4], [-0.3, 0.0]])
+    nodes = np.array(
+        [
+            [0.0, 0.0],
+            [0.1, 0.0],
+            [0.0, 0.1],
+            [0.1, 0.1],
+            [0.4, 0.2],
+            [0.2, 0.4],
+            [0.4, 0.4],
+            [-0.3, 0.0],
+        ]
+    )
     x = np.array([[0.14, 0.14], [0.05, 0.05]])
     basis = LocalMaxEnt(spacing=0.1, relative_radius=2.0, rim="cut").build(Cloud(nodes), 2, True)
     basis.locate(x)
     assert basis.repaired == 1
     assert basis.handle.size[0] > basis.handle.size[1] == 4
     assert np.allclose(basis.handle.matrix(8) @ nodes, x, atol=1e-9)
-    almost_outside = np.array([[0.1 - 1e-10, 0.05]])  # of its four nearest nodes: functions exist, gradients are huge
+    almost_outside = np.array(
+        [[0.1 - 1e-10, 0.05]]
+    )  # of its four nearest nodes: functions exist, gradients are huge
     stored = basis.evaluate(almost_outside)
     assert stored.size[0] > 4
     assert np.abs(stored.grad_phi).max() < 100.0 / 0.1
@@ -143,9 +174,15 @@ def patch(method: str, basis: str, **changes: Any) -> xr.Dataset:
 def test_patch_test() -> None:
     """Finite elements pass it; the integration error of clouds falls with the spacing, slowly, and is not zero."""
     for points in (1, 3):
-        assert float(patch("fem", "linear", particles_per_cell=points).error_displacement_relative) < 1e-12
+        assert (
+            float(patch("fem", "linear", particles_per_cell=points).error_displacement_relative)
+            < 1e-12
+        )
     for basis in ("mls", "lme"):
-        errors = [float(patch("gmm", basis, resolution=n).error_displacement_relative) for n in (8, 16, 32)]
+        errors = [
+            float(patch("gmm", basis, resolution=n).error_displacement_relative)
+            for n in (8, 16, 32)
+        ]
         assert errors[0] > 5e-4
         assert fitted_order([1 / 8, 1 / 16, 1 / 32], errors) == pytest.approx(0.85, abs=0.25)
 
@@ -205,7 +242,9 @@ def test_disk_falls_freely_before_it_lands() -> None:
     assert result.attrs["status"] == "ok"
     t = result.time.values
     a = 9.81 * np.sin(np.pi / 3.0)
-    expected = np.where(t > 0.0, 0.5 * a * t**2 - 0.5 * a * 2e-3 * t + 0.25 * a * 2e-3**2, 0.0)  # from a(0) = 0
+    expected = np.where(
+        t > 0.0, 0.5 * a * t**2 - 0.5 * a * 2e-3 * t + 0.25 * a * 2e-3**2, 0.0
+    )  # from a(0) = 0
     assert np.allclose(result.centre_displacement, expected, atol=1e-7)
     assert float(result.lowest_particle.min()) > 0.0
 

@@ -32,7 +32,9 @@ def run(problem: str, method: str, basis: str = "linear", **changes: Any) -> xr.
     return case.solve(compose(problem, method, basis, **changes))
 
 
-def free_block(method: str, gravity: float, choices: Choices | None = None, tracers: np.ndarray | None = None) -> State:
+def free_block(
+    method: str, gravity: float, choices: Choices | None = None, tracers: np.ndarray | None = None
+) -> State:
     """A soft block that stretches and turns, with nothing to hold it."""
     body = Box((0.0, 0.0), (1.0, 0.5), (8, 4))
     X, V0 = seed_cells(body, 4, "gauss")
@@ -40,7 +42,12 @@ def free_block(method: str, gravity: float, choices: Choices | None = None, trac
     particles = Particles.at_rest(X, V0, material.density, tracers)
 
     def velocity(x: np.ndarray) -> np.ndarray:
-        return np.stack([0.5 * (x[:, 0] - 0.5) - 0.8 * (x[:, 1] - 0.25), 0.8 * (x[:, 0] - 0.5)], axis=1) + 0.1
+        return (
+            np.stack(
+                [0.5 * (x[:, 0] - 0.5) - 0.8 * (x[:, 1] - 0.25), 0.8 * (x[:, 0] - 0.5)], axis=1
+            )
+            + 0.1
+        )
 
     def weight(X: np.ndarray, t: float, b: np.ndarray) -> None:
         b[:] = [0.0, -gravity]
@@ -49,7 +56,13 @@ def free_block(method: str, gravity: float, choices: Choices | None = None, trac
     particles.a[:] = [0.0, -gravity]
     geometry = body if method != "implicit_mpm" else Box((-1.0, -2.0), (2.0, 1.5), (24, 28))
     basis = MovingLeastSquares() if method == "gmm" else Linear()
-    free = Body(geometry, particles, lambda x: np.zeros(x.shape, dtype=bool), velocity, Loads(body_force=weight))
+    free = Body(
+        geometry,
+        particles,
+        lambda x: np.zeros(x.shape, dtype=bool),
+        velocity,
+        Loads(body_force=weight),
+    )
     return build_state(free, basis, material, choices or IMPLICIT[method])
 
 
@@ -74,7 +87,9 @@ def test_momentum_balance_of_a_free_body(method: str) -> None:
 def test_tracers_in_empty_cells_are_carried() -> None:
     """A massless point beyond the body turns and moves with it, though no particle is in its cell."""
     state = free_block("implicit_mpm", 0.0, tracers=np.array([[1.15, 0.25]]))
-    state.particles.v[:] = 0.2 * np.stack([0.25 - state.particles.X[:, 1], state.particles.X[:, 0] - 0.5], axis=1)
+    state.particles.v[:] = 0.2 * np.stack(
+        [0.25 - state.particles.X[:, 1], state.particles.X[:, 0] - 0.5], axis=1
+    )
     assert simulate(state, 0.01, 0.2).status == "ok"
     turned = 0.2 * 0.2
     moved = state.particles.x[-1] - state.particles.X[-1]
@@ -84,7 +99,9 @@ def test_tracers_in_empty_cells_are_carried() -> None:
 def test_energy_of_finite_elements_is_kept() -> None:
     state = free_block("fem", 0.0)
     solution = simulate(state, 0.01, 1.0)
-    energy = np.array(solution.history["kinetic_energy"]) + np.array(solution.history["strain_energy"])
+    energy = np.array(solution.history["kinetic_energy"]) + np.array(
+        solution.history["strain_energy"]
+    )
     assert np.abs(energy / energy[0] - 1.0).max() < 5e-3
     assert np.ptp(solution.history["kinetic_energy"]) > 0.1 * energy[0]
 
@@ -117,7 +134,9 @@ def test_newmark_is_of_second_order_in_time() -> None:
 @pytest.mark.parametrize("mass", ("lumped", "consistent"))
 def test_masses_of_implicit_mpm(mass: str, projection: str) -> None:
     """Rigid translation is exact with every combination."""
-    choices = Choices(time="newmark", nodes="reset", transfer="flip", mass=mass, projection=projection)
+    choices = Choices(
+        time="newmark", nodes="reset", transfer="flip", mass=mass, projection=projection
+    )
     state = free_block("implicit_mpm", 0.0, choices)
     state.particles.v[:] = [0.3, -0.2]
     assert simulate(state, 0.02, 0.1).status == "ok"
@@ -125,10 +144,14 @@ def test_masses_of_implicit_mpm(mass: str, projection: str) -> None:
 
 
 def test_a_lone_particle_breaks_the_consistent_projection() -> None:
-    choices = Choices(time="newmark", nodes="reset", transfer="flip", mass="consistent", projection="consistent")
+    choices = Choices(
+        time="newmark", nodes="reset", transfer="flip", mass="consistent", projection="consistent"
+    )
     material = NeoHookean()
     particles = Particles.at_rest(np.array([[0.4, 0.6]]), np.array([0.01]), 1000.0)
-    body = Body(Box((0.0, 0.0), (1.0, 1.0), (2, 2)), particles, lambda x: x < -1.0, lambda x: 0.0 * x)
+    body = Body(
+        Box((0.0, 0.0), (1.0, 1.0), (2, 2)), particles, lambda x: x < -1.0, lambda x: 0.0 * x
+    )
     solution = simulate(build_state(body, Linear(), material, choices), 0.01, 0.01)
     assert solution.status == "broke_down"
     assert "singular" in solution.reason
@@ -167,7 +190,11 @@ def test_falling_cantilever_approaches_the_reference() -> None:
 
 def test_frozen_functions_keep_the_energy_that_updated_ones_do_not() -> None:
     drifts = {
-        kind: float(run("cantilever_dynamic", "gmm", "mls", end_time=1.2, method__shape_functions=kind).energy_drift)
+        kind: float(
+            run(
+                "cantilever_dynamic", "gmm", "mls", end_time=1.2, method__shape_functions=kind
+            ).energy_drift
+        )
         for kind in ("frozen", "updated")
     }
     assert drifts["frozen"] < 1e-3
@@ -176,11 +203,17 @@ def test_frozen_functions_keep_the_energy_that_updated_ones_do_not() -> None:
 
 def test_soil_column_strong_check() -> None:
     """Kinetic energies of the authors' own program, within half a joule."""
-    result = run("soil_column", "implicit_mpm", end_time=0.1, problem__initial_acceleration="gravity")
+    result = run(
+        "soil_column", "implicit_mpm", end_time=0.1, problem__initial_acceleration="gravity"
+    )
     assert result.attrs["status"] == "ok"
     energy = result.kinetic_energy
-    assert float(energy.sel(time=0.05, method="nearest", tolerance=1e-9)) == pytest.approx(717.1, abs=0.5)
-    assert float(energy.sel(time=0.10, method="nearest", tolerance=1e-9)) == pytest.approx(239.2, abs=0.5)
+    assert float(energy.sel(time=0.05, method="nearest", tolerance=1e-9)) == pytest.approx(
+        717.1, abs=0.5
+    )
+    assert float(energy.sel(time=0.10, method="nearest", tolerance=1e-9)) == pytest.approx(
+        239.2, abs=0.5
+    )
     assert float(result.largest_plastic_strain[-1]) > 0.01
     weight = 8.0 * 1850.0 * 9.81
     momentum = result.momentum.values
@@ -199,14 +232,24 @@ def test_initial_stress_at_rest() -> None:
     assert float(calm.stress[0, bottom, 1, 1]) == pytest.approx(-1850.0 * 9.81 * depth, rel=1e-12)
     with pytest.raises(NotApplicable, match="mohr_coulomb"):
         case.check(
-            compose("soil_column", "implicit_mpm", "linear", material="neo_hookean", problem__initial_stress="k0")
+            compose(
+                "soil_column",
+                "implicit_mpm",
+                "linear",
+                material="neo_hookean",
+                problem__initial_stress="k0",
+            )
         )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "basis", "reference", "tolerance"),
-    [("implicit_mpm", "linear", 0.483, 0.04), ("gmm", "lme", 0.513, 0.06), ("gmm", "mls", 0.417, 0.07)],
+    [
+        ("implicit_mpm", "linear", 0.483, 0.04),
+        ("gmm", "lme", 0.513, 0.06),
+        ("gmm", "mls", 0.417, 0.07),
+    ],
 )
 def test_soil_column_run_out(method: str, basis: str, reference: float, tolerance: float) -> None:
     result = run("soil_column", method, basis)
@@ -218,8 +261,15 @@ def test_soil_column_run_out(method: str, basis: str, reference: float, toleranc
 @pytest.mark.parametrize("basis", ("linear", "mls", "lme"))
 def test_no_run_of_the_column_ends_without_a_reason(basis: str) -> None:
     method = "implicit_mpm" if basis == "linear" else "gmm"
-    for changes in ({"time_step": 8e-3}, {"method__step_halvings": 0, "method__ghost_stiffness": 0.0}):
-        changes = {k: v for k, v in changes.items() if method == "implicit_mpm" or k != "method__ghost_stiffness"}
+    for changes in (
+        {"time_step": 8e-3},
+        {"method__step_halvings": 0, "method__ghost_stiffness": 0.0},
+    ):
+        changes = {
+            k: v
+            for k, v in changes.items()
+            if method == "implicit_mpm" or k != "method__ghost_stiffness"
+        }
         result = run("soil_column", method, basis, **changes)
         assert result.attrs["status"] == "ok" or len(result.attrs["reason"]) > 20
         assert float(result.time_reached) > 0.1
@@ -235,7 +285,9 @@ def test_a_stiffer_tangent_holds_what_is_hardly_held(monkeypatch: pytest.MonkeyP
     norms = result.newton_residual.values
     slow = norms[np.argmax(np.isfinite(norms).sum(axis=1))]
     slow = slow[np.isfinite(slow)]
-    assert slow[-1] < 1e-2 * slow[-2]  # it fades with the residual; a constant one would converge linearly
+    assert (
+        slow[-1] < 1e-2 * slow[-2]
+    )  # it fades with the residual; a constant one would converge linearly
     monkeypatch.setattr(newton, "STIFFENINGS", (0.0,))
     result = run("soil_column", "implicit_mpm", "linear", **settings)
     assert result.attrs["status"] == "not_converged"
@@ -247,11 +299,15 @@ def test_a_stiffer_tangent_holds_what_is_hardly_held(monkeypatch: pytest.MonkeyP
     [
         ("gmm", {}),
         pytest.param("otm", {"time_step": 1e-4}, marks=pytest.mark.slow),
-        pytest.param("otm", {"time_step": 1e-4, "method__mass": "consistent"}, marks=pytest.mark.slow),
+        pytest.param(
+            "otm", {"time_step": 1e-4, "method__mass": "consistent"}, marks=pytest.mark.slow
+        ),
     ],
 )
 @pytest.mark.parametrize("base", ("plane", "nodes"))
-def test_moving_nodes_stick_to_the_base_that_they_reach(method: str, changes: dict[str, Any], base: str) -> None:
+def test_moving_nodes_stick_to_the_base_that_they_reach(
+    method: str, changes: dict[str, Any], base: str
+) -> None:
     """A node thrown through the base stays where it lands, and its neighbours go on."""
     config = compose("soil_column", method, "lme", resolution=8, problem__base=base, **changes)
     state = case.build(case.read(config))

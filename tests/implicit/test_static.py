@@ -17,7 +17,8 @@ from mpmbench.core.simulation import simulate
 from mpmbench.runs import case
 from tests.core.support import compose
 
-# deflection of A [m] at h = 0.25 and 0.125 m, confirmed with the authors' own program and an independent prototype
+# deflection of A [m] at h = 0.25 and 0.125 m, confirmed with the authors' own program and an
+# independent prototype
 REFERENCE = {
     ("fem", "linear"): (-0.6539116, -0.6691249),
     ("implicit_mpm", "linear"): (-0.6539116, -0.6691249),
@@ -54,7 +55,9 @@ def test_newton_converges_quadratically(method: str, basis: str) -> None:
     assert norms[-1] < 1e-8
     assert len(norms) == 5
     ratios = norms[2:4] / norms[1:3] ** 2  # the last residual is round-off
-    assert ratios[1] < 10.0 * ratios[0]  # a linear rate would make it grow by the factor norms[1] / norms[2] = 350
+    assert (
+        ratios[1] < 10.0 * ratios[0]
+    )  # a linear rate would make it grow by the factor norms[1] / norms[2] = 350
     assert norms[3] < 1e-4 * norms[2]
 
 
@@ -67,7 +70,11 @@ def test_load_steps_move_the_answer_of_mpm(steps: int, reference: float) -> None
 
 
 def test_load_steps_do_not_move_the_others() -> None:
-    for method, basis, drift in (("fem", "linear", 1e-9), ("gmm", "mls", 5e-5), ("gmm", "lme", 5e-5)):
+    for method, basis, drift in (
+        ("fem", "linear", 1e-9),
+        ("gmm", "mls", 5e-5),
+        ("gmm", "lme", 5e-5),
+    ):
         once = float(cantilever(method, basis).tip_deflection)
         often = float(cantilever(method, basis, problem__load_steps=20).tip_deflection)
         assert abs(often / once - 1.0) < drift, method
@@ -107,7 +114,9 @@ def test_ways_to_hold_the_clamp_agree_where_they_should() -> None:
     assert gaps[1] == pytest.approx(gaps[0] / 100.0, rel=0.02)
     with pytest.raises(NotApplicable, match="relative_radius=2"):
         case.check(compose("cantilever_self_weight", "gmm", "mls", basis__relative_radius=2.0))
-    wide = cantilever("gmm", "mls", basis__relative_radius=2.0, method__dirichlet="multipliers", resolution=64)
+    wide = cantilever(
+        "gmm", "mls", basis__relative_radius=2.0, method__dirichlet="multipliers", resolution=64
+    )
     assert float(wide.error_tip) < 4e-4
 
 
@@ -173,7 +182,13 @@ def test_a_load_that_inverts_cells_is_rescued_or_ends_with_a_reason() -> None:
     gentle = cantilever("fem", problem__gravity=98.1, problem__load_steps=40)
     assert float(heavy.tip_deflection) == pytest.approx(float(gentle.tip_deflection), rel=1e-6)
     hopeless = case.solve(
-        compose("cantilever_self_weight", "fem", "linear", method__max_iterations=1, method__step_halvings=0)
+        compose(
+            "cantilever_self_weight",
+            "fem",
+            "linear",
+            method__max_iterations=1,
+            method__step_halvings=0,
+        )
     )
     assert hopeless.attrs["status"] == "not_converged"
     assert "after 1 iterations" in hopeless.attrs["reason"]
@@ -207,9 +222,13 @@ class GivenResiduals:
         ([1.0, 500.0, *(0.9**k for k in range(40))], 30),  # max_iterations
     ],
 )
-def test_newton_gives_up_what_goes_in_circles(residuals: list[float], given_up_after: int | None) -> None:
+def test_newton_gives_up_what_goes_in_circles(
+    residuals: list[float], given_up_after: int | None
+) -> None:
     """A residual that has not fallen for eight iterations will not; slow convergence may take all iterations."""
-    state: Any = SimpleNamespace(choices=SimpleNamespace(residual_tolerance=1e-8, max_iterations=30, line_search=False))
+    state: Any = SimpleNamespace(
+        choices=SimpleNamespace(residual_tolerance=1e-8, max_iterations=30, line_search=False)
+    )
     equations: Any = GivenResiduals(list(residuals))
     norms: list[float] = []
     if given_up_after is None:
@@ -238,4 +257,11 @@ def test_settings_are_checked() -> None:
         ("implicit_mpm", {"method__stress_update": "musl"}, "stress_update=usl"),
     ):
         with pytest.raises(NotApplicable, match=message):
-            case.check(compose("cantilever_self_weight", method, "mls" if method == "gmm" else "linear", **changes))
+            case.check(
+                compose(
+                    "cantilever_self_weight",
+                    method,
+                    "mls" if method == "gmm" else "linear",
+                    **changes,
+                )
+            )

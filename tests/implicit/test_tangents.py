@@ -41,7 +41,9 @@ def explicit_stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyp
     cauchy_stress(law, axes, F, L, dt, state, sigma)
 
 
-def kirchhoff(material: Any, increment: np.ndarray, F_old: np.ndarray, old: np.ndarray) -> tuple[np.ndarray, ...]:
+def kirchhoff(
+    material: Any, increment: np.ndarray, F_old: np.ndarray, old: np.ndarray
+) -> tuple[np.ndarray, ...]:
     dim = len(F_old)
     state, tau, moduli = np.zeros_like(old), np.zeros((dim, dim)), np.zeros((dim,) * 4)
     evaluate(material.law, (0.0,) * dim, increment, increment @ F_old, old, state, tau, moduli)
@@ -52,7 +54,9 @@ def piola(material: Any, increment: np.ndarray, F_old: np.ndarray, old: np.ndarr
     return kirchhoff(material, increment, F_old, old)[0] @ np.linalg.inv(increment @ F_old).T
 
 
-def assert_moduli_match(material: Any, increment: np.ndarray, F_old: np.ndarray, old: np.ndarray, size: float) -> None:
+def assert_moduli_match(
+    material: Any, increment: np.ndarray, F_old: np.ndarray, old: np.ndarray, size: float
+) -> None:
     """``dP F^T = a : (dF F^-1)`` by central differences."""
     dim = len(F_old)
     F = increment @ F_old
@@ -62,7 +66,11 @@ def assert_moduli_match(material: Any, increment: np.ndarray, F_old: np.ndarray,
             gradient = np.zeros((dim, dim))
             gradient[j, d] = size
             up, down = ((np.eye(dim) + sign * gradient) @ increment for sign in (1.0, -1.0))
-            change = (piola(material, up, F_old, old) - piola(material, down, F_old, old)) / (2.0 * size) @ F.T
+            change = (
+                (piola(material, up, F_old, old) - piola(material, down, F_old, old))
+                / (2.0 * size)
+                @ F.T
+            )
             assert np.abs(change - moduli[:, :, j, d]).max() < 1e-6 * np.abs(moduli).max()
 
 
@@ -106,7 +114,9 @@ def test_return_map_satisfies_the_yield_condition(dilatancy: float) -> None:
     rng = np.random.default_rng(1)
     met: dict[int, int] = dict.fromkeys(REGIONS, 0)
     for _ in range(10_000):
-        trial = np.sort(10.0 ** rng.uniform(2, 6) * rng.standard_normal(3) + rng.uniform(-5e4, 3e4))[::-1].copy()
+        trial = np.sort(
+            10.0 ** rng.uniform(2, 6) * rng.standard_normal(3) + rng.uniform(-5e4, 3e4)
+        )[::-1].copy()
         region, tau, _ = returned(material, trial)
         met[region] += 1
         # the textbook form, written independently of the code's slopes
@@ -119,7 +129,9 @@ def test_return_map_satisfies_the_yield_condition(dilatancy: float) -> None:
         assert abs(f) < 1e-10 * scale
         assert tau[0] >= tau[1] - 1e-10 * scale
         assert tau[1] >= tau[2] - 1e-10 * scale
-        lost = np.linalg.solve(law.lame * np.ones((3, 3)) + 2.0 * law.shear * np.eye(3), trial - tau)
+        lost = np.linalg.solve(
+            law.lame * np.ones((3, 3)) + 2.0 * law.shear * np.eye(3), trial - tau
+        )
         assert lost @ trial - lost @ tau > 0.0  # plastic strain is not elastic energy won
         if region == PLANE:  # along the normal of the potential
             assert np.allclose(lost / lost[2], [-law.dilatancy, 0.0, 1.0], atol=1e-8)
@@ -156,7 +168,9 @@ def test_algorithmic_tangent_in_every_region(region: int, dilatancy: float) -> N
         assert_moduli_match_relative(material, increment, old, size)
 
 
-def assert_moduli_match_relative(material: MohrCoulomb, increment: np.ndarray, old: np.ndarray, size: float) -> None:
+def assert_moduli_match_relative(
+    material: MohrCoulomb, increment: np.ndarray, old: np.ndarray, size: float
+) -> None:
     dim = len(increment)
     _, moduli, _ = kirchhoff(material, increment, np.eye(dim), old)
     lame, shear = material.lame_parameters()
@@ -179,7 +193,8 @@ def test_plastic_history() -> None:
     for _ in range(100):
         tau, _, state = kirchhoff(material, increment, F, state)
         F = increment @ F
-    # with shear strain rate 1/2 gamma' each way: sqrt(2/3 (2 (1/2)^2)) = 1/sqrt(3) per unit of gamma, less the elastic
+    # with shear strain rate 1/2 gamma' each way: sqrt(2/3 (2 (1/2)^2)) = 1/sqrt(3) per unit of
+    # gamma, less the elastic
     assert 0.55 < state[PLASTIC_STRAIN] < 1.0 / np.sqrt(3.0)
     principal = np.linalg.eigvalsh(tau)
     law = material.law
@@ -204,7 +219,9 @@ def test_angles_are_checked() -> None:
         ("gmm", "lme", {}),
     ],
 )
-def test_global_tangent_is_the_derivative_of_the_residual(method: str, basis: str, changes: dict) -> None:
+def test_global_tangent_is_the_derivative_of_the_residual(
+    method: str, basis: str, changes: dict
+) -> None:
     config = compose("cantilever_self_weight", method, basis, resolution=8, **changes)
     state = case.build(case.read(config))
     w = prepare(state)

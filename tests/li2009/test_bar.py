@@ -27,8 +27,17 @@ def test_exact_tip() -> None:
     steel = SmallStrainElastic(young_modulus=200e9, poisson_ratio=0.0, density=7833.0)
     assert problem.wave_speed(steel) == pytest.approx(5053.02, rel=1e-6)
     tip = np.array([[problem.reference_length]])
-    for t, expected in ((0.0, 0.0), (3.3e-6, 0.5), (6.6e-6, 1.0), (46.1e-6, 1.0), (59.36e-6, -1.0), (98.9e-6, -1.0)):
-        assert problem.exact(tip, t, steel)["displacement"][0, 0] == pytest.approx(expected * AMPLITUDE, abs=2e-8), t
+    for t, expected in (
+        (0.0, 0.0),
+        (3.3e-6, 0.5),
+        (6.6e-6, 1.0),
+        (46.1e-6, 1.0),
+        (59.36e-6, -1.0),
+        (98.9e-6, -1.0),
+    ):
+        assert problem.exact(tip, t, steel)["displacement"][0, 0] == pytest.approx(
+            expected * AMPLITUDE, abs=2e-8
+        ), t
 
 
 def test_exact_fields_are_one_wave() -> None:
@@ -75,7 +84,9 @@ def test_lumped_position_differences_lose_energy() -> None:
 
 
 def test_sph_explodes() -> None:
-    result = solve(compose("elastic_bar_tension", "sph", "kernel", problem__particle_layout="nodes"))
+    result = solve(
+        compose("elastic_bar_tension", "sph", "kernel", problem__particle_layout="nodes")
+    )
     assert result.attrs["status"] == "diverged"
     assert "the free end is displaced" in result.attrs["reason"]
 
@@ -96,7 +107,9 @@ def test_symmetric_sph_is_better_and_still_wrong() -> None:
         ("sph", "kernel", {"method__mass": "consistent"}, "method.mass=consistent"),
     ],
 )
-def test_combinations_that_make_no_sense(method: str, basis: str, changes: dict[str, Any], words: str) -> None:
+def test_combinations_that_make_no_sense(
+    method: str, basis: str, changes: dict[str, Any], words: str
+) -> None:
     with pytest.raises(NotApplicable, match=words):
         read(compose("elastic_bar_tension", method, basis, **changes))
 

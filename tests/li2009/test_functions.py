@@ -10,18 +10,31 @@ from mpmbench.core.bases.lme import LocalMaxEnt
 from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.core.geometry import Box, Cloud
 from mpmbench.core.particles import Particles
-from mpmbench.core.triangulate import barycentres, disc, extruded, jittered, nodal_volumes, triangulation, volumes
+from mpmbench.core.triangulate import (
+    barycentres,
+    disc,
+    extruded,
+    jittered,
+    nodal_volumes,
+    triangulation,
+    volumes,
+)
 from mpmbench.runs.case import read
 from tests.core.support import compose, run
 
 TABLE = {0.8: (2.7, 3.6, 4.2), 1.8: (2.4, 3.5, 4.3), 2.8: (3.0, 4.0, 5.0), 6.8: (4.0, 5.0, 6.0)}
 
 
-def counted(gamma: float, tolerance: float, line_search: bool) -> tuple[EntropyBasis, np.ndarray, np.ndarray]:
+def counted(
+    gamma: float, tolerance: float, line_search: bool
+) -> tuple[EntropyBasis, np.ndarray, np.ndarray]:
     """The basis of the study, its samples, and the Newton steps at each (-1 where they fail)."""
     case = read(compose("lme_shape_functions", "evaluate", "lme"))
     settings = LocalMaxEnt(gamma=gamma, tolerance=tolerance, line_search=line_search)
-    basis, (x, _) = settings.build(case.problem.nodes(10, case.choices), 0, False), case.problem.seed(10, 1)
+    basis, (x, _) = (
+        settings.build(case.problem.nodes(10, case.choices), 0, False),
+        case.problem.seed(10, 1),
+    )
     assert isinstance(basis, EntropyBasis)
     return basis, x, basis.newton_steps(x)
 
@@ -60,14 +73,18 @@ def test_study_needs_its_method() -> None:
 # locality that follows the deformation
 
 
-def deformed(dim: int, locality: str, F: np.ndarray, **settings: Any) -> tuple[EntropyBasis, EntropyBasis, np.ndarray]:
+def deformed(
+    dim: int, locality: str, F: np.ndarray, **settings: Any
+) -> tuple[EntropyBasis, EntropyBasis, np.ndarray]:
     """A basis on an irregular cloud, the same on the cloud deformed by F, and points of the first."""
     box = Box((0.0,) * dim, (1.0,) * dim, (5,) * dim)
     nodes = box.nodes()
     nodes = jittered(nodes, 0.2, 0.2, (nodes < 1e-9) | (nodes > 1.0 - 1e-9), 3)
     x = np.random.default_rng(1).uniform(0.05, 0.95, (40, dim))
     before = LocalMaxEnt(spacing=0.2, **settings).build(Cloud(nodes), len(x), True)
-    after = LocalMaxEnt(spacing=0.2, locality=locality, **settings).build(Cloud(nodes @ F.T), len(x), True)
+    after = LocalMaxEnt(spacing=0.2, locality=locality, **settings).build(
+        Cloud(nodes @ F.T), len(x), True
+    )
     assert isinstance(before, EntropyBasis) and isinstance(after, EntropyBasis)
     p = Particles.at_rest(x, np.ones(len(x)), 1.0)
     p.x[:] = x @ F.T
@@ -112,7 +129,9 @@ def test_stretches_of_the_metric_are_clipped() -> None:
     softer = deformed(2, "convected", np.diag([0.5, 1.0]))[0]
     assert clipped.cloud.metric.pull[0] == pytest.approx(np.diag([2.0, 1.0]), abs=1e-12)
     assert clipped.cloud.metric.half[0] == pytest.approx([0.5, 1.0])
-    assert clipped.handle.size.mean() > softer.handle.size.mean()  # more nodes of the compressed cloud are seen
+    assert (
+        clipped.handle.size.mean() > softer.handle.size.mean()
+    )  # more nodes of the compressed cloud are seen
 
 
 def test_search_in_cells_finds_what_all_nodes_give() -> None:
@@ -126,7 +145,9 @@ def test_search_in_cells_finds_what_all_nodes_give() -> None:
 def test_radius_grows_where_nodes_do_not_surround_a_point() -> None:
     nodes = np.delete(np.linspace(0.0, 1.0, 11), [4, 5])[:, None]
     x = np.array([[0.25], [0.35]])
-    basis = LocalMaxEnt(gamma=1.8, spacing=0.1, relative_radius=1.5, locality="convected").build(Cloud(nodes), 2, True)
+    basis = LocalMaxEnt(gamma=1.8, spacing=0.1, relative_radius=1.5, locality="convected").build(
+        Cloud(nodes), 2, True
+    )
     assert isinstance(basis, EntropyBasis)
     basis.locate(x)
     assert basis.cloud.metric.growth[1] > 1.0
@@ -196,7 +217,9 @@ def test_triangulations_fill_their_body() -> None:
     assert volumes(rod.nodes, rod.simplices).min() > 0.05
     assert nodal_volumes(rod).sum() == pytest.approx(3.0 * area, rel=1e-12)
     pairs = np.sort(np.concatenate([np.delete(rod.simplices, k, axis=1) for k in range(4)]), axis=1)
-    assert np.unique(pairs, axis=0, return_counts=True)[1].max() == 2  # neighbours share whole faces
+    assert (
+        np.unique(pairs, axis=0, return_counts=True)[1].max() == 2
+    )  # neighbours share whole faces
 
 
 def test_nodes_that_fill_no_body_are_refused() -> None:

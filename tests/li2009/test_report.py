@@ -43,14 +43,18 @@ def answer(rule: Callable[[Any], tuple[str, str]], number: Callable[..., float])
     """Verdict of a rule on runs that all finish, with their numbers told by a function of quantity and match."""
     runs = SimpleNamespace(
         number=lambda campaign, quantity, **match: number(campaign, quantity, match),
-        order=lambda campaign, quantity, cells, **match: SimpleNamespace(order=number(campaign, quantity, match)),
+        order=lambda campaign, quantity, cells, **match: SimpleNamespace(
+            order=number(campaign, quantity, match)
+        ),
         status=lambda campaign, **match: "ok",
     )
     return rule(runs)[0]
 
 
 @pytest.mark.parametrize(
-    ("limit", "verdict"), [(0.0, HOLDS), (2.0, "holds when gamma is 2.4 or more"), (10.0, FAILS)], ids=str
+    ("limit", "verdict"),
+    [(0.0, HOLDS), (2.0, "holds when gamma is 2.4 or more"), (10.0, FAILS)],
+    ids=str,
 )
 def test_verdict_on_the_tensile_instability(limit: float, verdict: str) -> None:
     """Of a map that is unstable for gamma below the limit from a stretch of 1.5."""
@@ -114,5 +118,8 @@ def test_verdict_on_irregular_nodes() -> None:
         (0.2, 0.3, FAILS),
     ):
         rates = {"exact": plain, "consistent": mended}
-        found = answer(claims.irregular_density, lambda _, __, match, rates=rates: rates[match["basis__gradient"]])
+        found = answer(
+            claims.irregular_density,
+            lambda _, __, match, rates=rates: rates[match["basis__gradient"]],
+        )
         assert found.startswith(begins)

@@ -15,7 +15,11 @@ from mpmbench.runs.case import build, read, solve
 from tests.core.support import compose, run
 
 VELOCITY, DENSITY = "error_velocity_l2_max", "error_density_l1_max"
-THESIS = {"method__mass": "consistent", "method__transfer": "position_difference", "particles_per_cell": 2}
+THESIS = {
+    "method__mass": "consistent",
+    "method__transfer": "position_difference",
+    "particles_per_cell": 2,
+}
 
 
 def shock(cells: int, basis: str = "lme", method: str = "otm", **changes: Any) -> xr.Dataset:
@@ -50,7 +54,8 @@ def test_wave_satisfies_the_equation_of_motion(behind: float) -> None:
     def derivative(field: Any, of_X: bool, step: float) -> np.ndarray:
         weights = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0 / step
         return sum(
-            w * (field(X + (k - 2) * step, t) if of_X else field(X, t + (k - 2) * step)) for k, w in enumerate(weights)
+            w * (field(X + (k - 2) * step, t) if of_X else field(X, t + (k - 2) * step))
+            for k, w in enumerate(weights)
         )
 
     def wave(name: str) -> Any:
@@ -62,7 +67,10 @@ def test_wave_satisfies_the_equation_of_motion(behind: float) -> None:
     h, dt = 3e-3 * L, 3e-3 * L / C
     exact = problem.wave(X, t, fluid)
     scale = fluid.density * np.abs(exact["acceleration"]).max()
-    assert np.abs(fluid.density * exact["acceleration"] - derivative(sigma, True, h)).max() < 1e-8 * scale
+    assert (
+        np.abs(fluid.density * exact["acceleration"] - derivative(sigma, True, h)).max()
+        < 1e-8 * scale
+    )
     for name, field, of_X, shift in (
         ("jacobian", "displacement", True, 1.0),
         ("velocity", "displacement", False, 0.0),
@@ -73,7 +81,9 @@ def test_wave_satisfies_the_equation_of_motion(behind: float) -> None:
         numerical = derivative(wave(field), of_X, h if of_X else dt)
         assert np.abs(values - numerical).max() < 1e-8 * np.abs(values).max(), name
     assert np.allclose(
-        sigma(X, t), fluid.pressure(exact["jacobian"]) + 4 / 3 * fluid.viscosity * exact["rate"] / exact["jacobian"]
+        sigma(X, t),
+        fluid.pressure(exact["jacobian"])
+        + 4 / 3 * fluid.viscosity * exact["rate"] / exact["jacobian"],
     )
 
 
@@ -89,7 +99,9 @@ def test_stress_of_the_fluid() -> None:
     """The compiled law gives the exact stress, in 1D, 2D and 3D."""
     for dimension in (1, 2, 3):
         problem, fluid = IsothermalShock(dimension=dimension), NewtonianFluid()
-        config = compose("isothermal_shock", "otm", "lme", problem__dimension=dimension, resolution=8)
+        config = compose(
+            "isothermal_shock", "otm", "lme", problem__dimension=dimension, resolution=8
+        )
         state = build(read(config))
         p = state.particles
         before = p.sigma.copy()
@@ -134,7 +146,8 @@ def test_rates_on_fine_nodes() -> None:
 @pytest.mark.slow
 def test_corrected_gradients_mend_the_density_on_irregular_nodes() -> None:
     errors = {
-        gradient: shock(50, problem__irregularity=0.2, basis__gradient=gradient) for gradient in ("exact", "consistent")
+        gradient: shock(50, problem__irregularity=0.2, basis__gradient=gradient)
+        for gradient in ("exact", "consistent")
     }
     assert float(errors["consistent"][DENSITY]) < 0.4 * float(errors["exact"][DENSITY])
     assert float(errors["consistent"][VELOCITY]) < float(errors["exact"][VELOCITY]) < 1e-3
@@ -163,9 +176,15 @@ def test_lumped_position_differences_filter() -> None:
 
 
 def test_one_particle_per_cell_is_singular_with_consistent_mass() -> None:
-    result = solve(compose("isothermal_shock", "otm", "lme", resolution=50, **{**THESIS, "particles_per_cell": 1}))
+    result = solve(
+        compose(
+            "isothermal_shock", "otm", "lme", resolution=50, **{**THESIS, "particles_per_cell": 1}
+        )
+    )
     assert result.attrs["status"] == "broke_down"
-    assert "singular consistent mass matrix: 51 nodes and only 50 particles" in result.attrs["reason"]
+    assert (
+        "singular consistent mass matrix: 51 nodes and only 50 particles" in result.attrs["reason"]
+    )
 
 
 def test_one_particle_per_triangle_is_singular_with_consistent_mass() -> None:
@@ -174,12 +193,25 @@ def test_one_particle_per_triangle_is_singular_with_consistent_mass() -> None:
     for gamma in (0.8, 4.0):
         result = solve(
             compose(
-                "isothermal_shock", "otm", "lme", **strip, **{**THESIS, "particles_per_cell": 1}, basis__gamma=gamma
+                "isothermal_shock",
+                "otm",
+                "lme",
+                **strip,
+                **{**THESIS, "particles_per_cell": 1},
+                basis__gamma=gamma,
             )
         )
         assert result.attrs["status"] == "broke_down"
-        assert "a pattern of the 65 nodes nearly vanishes at all 96 particles" in result.attrs["reason"]
-        spread = {**strip, "problem__particle_layout": "midpoint", "particles_per_cell": 4, "basis__gamma": gamma}
+        assert (
+            "a pattern of the 65 nodes nearly vanishes at all 96 particles"
+            in result.attrs["reason"]
+        )
+        spread = {
+            **strip,
+            "problem__particle_layout": "midpoint",
+            "particles_per_cell": 4,
+            "basis__gamma": gamma,
+        }
         state = build(read(compose("isothermal_shock", "otm", "lme", **spread)))
         state.basis.locate(state.particles.x)
         assert seen_share(state.basis, state.particles, state.fixed) > 0.4
@@ -187,7 +219,9 @@ def test_one_particle_per_triangle_is_singular_with_consistent_mass() -> None:
 
 def test_locality_must_follow_the_compression() -> None:
     """With a fixed h the functions grow far wider than the compressed nodes."""
-    result = solve(compose("isothermal_shock", "otm", "lme", resolution=50, basis__locality="fixed"))
+    result = solve(
+        compose("isothermal_shock", "otm", "lme", resolution=50, basis__locality="fixed")
+    )
     assert result.attrs["status"] != "ok" or float(result[VELOCITY]) > 50.0 * 7.8e-4
 
 
@@ -210,7 +244,10 @@ def test_time_step_follows_the_smallest_spacing() -> None:
 
 def test_strip() -> None:
     """Particles at barycentres do not integrate the gradients well; with corrected ones the strip is as good as 1D."""
-    plain, mended = (shock(30, problem__dimension=2, basis__gradient=gradient) for gradient in ("exact", "consistent"))
+    plain, mended = (
+        shock(30, problem__dimension=2, basis__gradient=gradient)
+        for gradient in ("exact", "consistent")
+    )
     line = float(shock(30)[VELOCITY])
     assert float(mended[VELOCITY]) < 1.2 * line
     assert float(plain[VELOCITY]) > 5.0 * float(mended[VELOCITY])
@@ -219,7 +256,9 @@ def test_strip() -> None:
 
 
 def test_barycentres_take_one_particle_each() -> None:
-    with pytest.raises(BadSetting, match=r"particles_per_cell = 4: 1, as problem\.particle_layout=barycentre"):
+    with pytest.raises(
+        BadSetting, match=r"particles_per_cell = 4: 1, as problem\.particle_layout=barycentre"
+    ):
         read(compose("isothermal_shock", "otm", "lme", problem__dimension=2, particles_per_cell=4))
 
 
@@ -242,7 +281,8 @@ def test_cylinder_runs() -> None:
 
 def test_seed_chooses_the_irregular_nodes() -> None:
     cases = [
-        read(compose("isothermal_shock", "otm", "lme", problem__irregularity=0.2, seed=seed)) for seed in (1, 1, 2)
+        read(compose("isothermal_shock", "otm", "lme", problem__irregularity=0.2, seed=seed))
+        for seed in (1, 1, 2)
     ]
     nodes = [case.problem.nodes(10, case.choices).nodes for case in cases]  # type: ignore[union-attr]
     assert np.array_equal(nodes[0], nodes[1])

@@ -35,7 +35,9 @@ def write_load_steps(write_run, folder, change):
     for steps, deflection in ((1, -0.65), (50, -0.65 * (1.0 + change))):
         settings = {"problem": {"load_steps": steps}, "method": {"ghost_stiffness": 0.0}}
         scalars = {"tip_deflection": deflection}
-        write_run(folder, "implicit_mpm", "linear", 32, scalars=scalars, settings=settings, snapshot=False)
+        write_run(
+            folder, "implicit_mpm", "linear", 32, scalars=scalars, settings=settings, snapshot=False
+        )
 
 
 def test_orders_decide(tmp_path, write_run):
@@ -63,10 +65,16 @@ def test_load_steps_make_the_coincidence_conditional(tmp_path, write_run):
         ({}, {"MPM": 0, "GMM-MLS": 3, "GMM-LME": 1}, HOLDS),
         ({}, {"MPM": 2, "GMM-MLS": 3, "GMM-LME": 1}, FAILS),
         ({"GMM-LME": "diverged"}, {"MPM": 2, "GMM-MLS": 0, "GMM-LME": 0}, HOLDS),
-        ({"GMM-LME": "diverged", "MPM": "not_converged"}, {"MPM": 0, "GMM-MLS": 0, "GMM-LME": 0}, FAILS),
+        (
+            {"GMM-LME": "diverged", "MPM": "not_converged"},
+            {"MPM": 0, "GMM-MLS": 0, "GMM-LME": 0},
+            FAILS,
+        ),
     ],
 )
-def test_robust_is_what_ends_with_the_fewest_steps_that_need_help(tmp_path, write_run, ended, helped, answer):
+def test_robust_is_what_ends_with_the_fewest_steps_that_need_help(
+    tmp_path, write_run, ended, helped, answer
+):
     for name, steps in helped.items():
         for n in (40, 80):
             match, status = METHODS[name], ended.get(name, "ok")
@@ -75,7 +83,9 @@ def test_robust_is_what_ends_with_the_fewest_steps_that_need_help(tmp_path, writ
                 scalars={"stiffened_steps": steps - steps // 2, "halved_steps": steps // 2},
             )  # fmt: skip
     settings = {"method": {"ghost_stiffness": 0.0}}
-    write_run(tmp_path / "soil_check", "implicit_mpm", "linear", 40, settings=settings, snapshot=False)
+    write_run(
+        tmp_path / "soil_check", "implicit_mpm", "linear", 40, settings=settings, snapshot=False
+    )
     assert verdict("robust", tmp_path).answer == answer
 
 
@@ -88,7 +98,9 @@ def test_robust_is_what_ends_with_the_fewest_steps_that_need_help(tmp_path, writ
         ({("GMM-LME", 160): 0.6}, (), FAILS, "h = 0.025 m: MPM 0.500 m"),
     ],
 )
-def test_columns_coincide_on_every_mesh_or_not_at_all(tmp_path, write_run, advance, failed, answer, because):
+def test_columns_coincide_on_every_mesh_or_not_at_all(
+    tmp_path, write_run, advance, failed, answer, because
+):
     fine = any(n == 160 for _, n in advance)
     for n, experiment in ((40, "soil"), (80, "soil"), *([(160, "soil_fine")] if fine else [])):
         for name in ("MPM", "GMM-MLS", "GMM-LME"):
@@ -96,7 +108,15 @@ def test_columns_coincide_on_every_mesh_or_not_at_all(tmp_path, write_run, advan
             scalars = {"final_run_out": advance.get((name, n), 0.52 if name == "GMM-MLS" else 0.5)}
             status = "not_converged" if (name, n) in failed else "ok"
             folder = tmp_path / experiment
-            write_run(folder, match["method"], match["basis"], n, scalars=scalars, status=status, snapshot=False)
+            write_run(
+                folder,
+                match["method"],
+                match["basis"],
+                n,
+                scalars=scalars,
+                status=status,
+                snapshot=False,
+            )
     found = verdict("columns", tmp_path)
     assert found.answer == answer
     assert because in found.because
@@ -111,12 +131,16 @@ def test_a_run_that_was_stopped_is_a_row_and_not_an_accident(tmp_path, write_run
     with pytest.raises(MissingRuns, match="timeout"):
         support.history(campaigns, "soil_fine", "run_out", **match)
     assert [cell.value for cell in soil._end(campaigns, "soil_fine", match)] == ["timeout"] * 5
-    assert not any(cell.value for cell in soil._end(campaigns, "soil_fine", {**match, "resolution": 80}))
+    assert not any(
+        cell.value for cell in soil._end(campaigns, "soil_fine", {**match, "resolution": 80})
+    )
 
 
 def test_overheads_are_those_of_the_printed_table():
     """Least: GMM-LME, gamma = 1.8, second time step; largest: gamma = 2.8, third one."""
-    assert disk.printed_overheads() == pytest.approx((460.50 / 472.92 - 1.0, 1038.70 / 894.91 - 1.0))
+    assert disk.printed_overheads() == pytest.approx(
+        (460.50 / 472.92 - 1.0, 1038.70 / 894.91 - 1.0)
+    )
 
 
 def test_without_runs_everything_waits(tmp_path):

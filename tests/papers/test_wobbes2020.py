@@ -13,7 +13,16 @@ import yaml
 from mpmbench.core import registry
 from mpmbench.core.geometry import Box
 from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, judge
-from mpmbench.report.papers import Campaigns, Chapter, MissingRuns, Paper, cell, find, names, read_campaigns
+from mpmbench.report.papers import (
+    Campaigns,
+    Chapter,
+    MissingRuns,
+    Paper,
+    cell,
+    find,
+    names,
+    read_campaigns,
+)
 from mpmbench.report.papers import page as paper_page
 from mpmbench.report.papers.parts import subset
 from mpmbench.report.papers.wobbes2020 import errata, spectra, survival, table1
@@ -40,7 +49,17 @@ def write_orders(write_run, folder, order, lumped_order=2.0):
         for method, mass in (("mpm", "consistent"), ("otm", "consistent"), ("mpm", "lumped")):
             p = lumped_order if mass == "lumped" else order
             settings = {"method": {"mass": mass}, "basis": {"name": "maxent", "search": "local"}}
-            write_run(folder, method, "maxent", n, mass=mass, order=p, floor=0.0, settings=settings, snapshot=False)
+            write_run(
+                folder,
+                method,
+                "maxent",
+                n,
+                mass=mass,
+                order=p,
+                floor=0.0,
+                settings=settings,
+                snapshot=False,
+            )
 
 
 def verdict(name, folder):
@@ -102,7 +121,11 @@ def test_the_stability_claim_follows_the_map(tmp_path, write_run):
         settings = {"problem": problem, "method": {"mass": "consistent", "mass_cutoff": 1e-6}}
         write_run(tmp_path / "cutoff", "mpm", "bspline", 68, settings=settings, snapshot=False)
     found = verdict("stays_stable", tmp_path)
-    assert found.answer.startswith(f"{HOLDS} when") and "1 of 8" in found.because and "1 of 12" in found.because
+    assert (
+        found.answer.startswith(f"{HOLDS} when")
+        and "1 of 8" in found.because
+        and "1 of 12" in found.because
+    )
     write_set_up(write_run, tmp_path / "breakdown", "unified", 79, -1.0, "midpoint", fails=True)
     assert verdict("stays_stable", tmp_path).answer == FAILS
 
@@ -112,15 +135,25 @@ def test_the_stability_claim_follows_the_map(tmp_path, write_run):
 
 def test_table_of_times_pairs_the_repeats(tmp_path, write_run):
     # the machine is ten times slower during the second repeat; the third repeat has no partner
-    for method, mass, times in (("mpm", "lumped", [2.0, 20.0, 7.0]), ("otm", "consistent", [3.0, 30.0])):
+    for method, mass, times in (
+        ("mpm", "lumped", [2.0, 20.0, 7.0]),
+        ("otm", "consistent", [3.0, 30.0]),
+    ):
         settings = {"method": {"mass": mass}}
-        file = write_run(tmp_path / "table1", method, "linear", 31, mass=mass, settings=settings, snapshot=False)
+        file = write_run(
+            tmp_path / "table1", method, "linear", 31, mass=mass, settings=settings, snapshot=False
+        )
         with netCDF4.Dataset(file, "a") as data:
             data.solver_times = times
     found, files = table1.ratios(read_campaigns(tmp_path)["table1"], "OTM-P1", 31)
     assert np.allclose(found, 1.5) and len(found) == 2 and len(files) == 2
     write_run(
-        tmp_path / "table1", "mpm", "linear", 31, settings={"method": {"mass": "lumped"}}, timing_context="shared"
+        tmp_path / "table1",
+        "mpm",
+        "linear",
+        31,
+        settings={"method": {"mass": "lumped"}},
+        timing_context="shared",
     )
     with pytest.raises(MissingRuns):
         table1.ratios(read_campaigns(tmp_path)["table1"], "OTM-P1", 31)
@@ -148,8 +181,15 @@ def make_nothing(campaigns: Campaigns) -> Chapter:
 
 
 def test_a_paper_becomes_a_page_a_readme_and_small_files(tmp_path, write_run, monkeypatch):
-    runs = [write_run(tmp_path / "results" / "mini" / "bar", "otm", resolution=n) for n in (8, 16, 32)]
-    rule = Claim("c", "Errors are small", "Fig. 1", lambda r: (HOLDS, f"{r.number('bar', ERROR, resolution=8):.3g} m"))
+    runs = [
+        write_run(tmp_path / "results" / "mini" / "bar", "otm", resolution=n) for n in (8, 16, 32)
+    ]
+    rule = Claim(
+        "c",
+        "Errors are small",
+        "Fig. 1",
+        lambda r: (HOLDS, f"{r.number('bar', ERROR, resolution=8):.3g} m"),
+    )
     paper = Paper("mini", "A paper", "Somebody 2020", (make_bar, make_nothing), (rule,))
     monkeypatch.setattr(paper_page, "find", lambda name: paper)
     page = paper_page.build("mini", tmp_path / "results", tmp_path / "report")
@@ -159,7 +199,10 @@ def test_a_paper_becomes_a_page_a_readme_and_small_files(tmp_path, write_run, mo
     assert "http" not in html.replace("http://www.w3.org", "")
     assert "no_such_runs" in html and "no_such_runs" in readme
     assert "| Errors are small | Fig. 1 | holds | " in readme
-    assert "(figures/bar-displacement.svg)" in readme and (page.parent / "figures/bar-displacement.svg").exists()
+    assert (
+        "(figures/bar-displacement.svg)" in readme
+        and (page.parent / "figures/bar-displacement.svg").exists()
+    )
     assert runs[0].name in (page.parent / "tables/bar-displacement.csv").read_text()
     assert "\\toprule" in (page.parent / "tables/bar-displacement.tex").read_text()
     assert not [link for link in links(readme) if not (page.parent / link).exists()]
@@ -173,7 +216,11 @@ def test_the_paper_is_found_by_name():
     assert "wobbes2020" in names()
     with pytest.raises(KeyError):
         find("page")
-    assert len({claim.name for claim in find("wobbes2020").claims}) == len(find("wobbes2020").claims) >= 11
+    assert (
+        len({claim.name for claim in find("wobbes2020").claims})
+        == len(find("wobbes2020").claims)
+        >= 11
+    )
 
 
 # the experiments
@@ -182,8 +229,13 @@ def test_the_paper_is_found_by_name():
 @pytest.mark.parametrize("file", sorted(EXPERIMENTS.glob("*.yaml")), ids=lambda file: file.stem)
 def test_every_experiment_composes_and_says_what_it_mirrors(file, plugins):
     content = yaml.safe_load(file.read_text())
-    assert content["hydra"]["mode"] == "MULTIRUN" and file.read_text().splitlines()[1].startswith("# ")
-    params = [f"{key}={str(value).split(',')[0]}" for key, value in content["hydra"]["sweeper"]["params"].items()]
+    assert content["hydra"]["mode"] == "MULTIRUN" and file.read_text().splitlines()[1].startswith(
+        "# "
+    )
+    params = [
+        f"{key}={str(value).split(',')[0]}"
+        for key, value in content["hydra"]["sweeper"]["params"].items()
+    ]
     typed = [word for word in params if word.startswith(("basis=", "problem="))]
     rest = [word for word in params if word not in typed]
     combinations = []
@@ -215,7 +267,12 @@ def printed():
 def test_the_corrected_gradient_is_exact_and_the_printed_one_is_not(printed, dimension):
     box = Box((0.0,) * dimension, (1.0,) * dimension, (8,) * dimension)
     x = np.random.default_rng(1).uniform(0.15, 0.85, (40, dimension))
-    exact = registry.get("basis", "maxent")().build(box, 40, True).evaluate(x).gradient_matrix(9**dimension)
+    exact = (
+        registry.get("basis", "maxent")()
+        .build(box, 40, True)
+        .evaluate(x)
+        .gradient_matrix(9**dimension)
+    )
     found = {
         kind: printed(gradient=kind).build(box, 40, True).evaluate(x).gradient_matrix(9**dimension)
         for kind in ("corrected", "sign_corrected", "printed")
@@ -234,7 +291,9 @@ def test_conclusions_follow_from_the_errors():
     assert errata.conclusions(errors, []) == []
     errors |= {"Eq. 84, sign of A": flat, "Eq. 84 as printed": flat}
     assert "no explanation" in errata.conclusions(errors, [])[0]
-    assert errata.between_one_and_two(errata.order_of(second)) and not errata.between_one_and_two(errata.order_of(flat))
+    assert errata.between_one_and_two(errata.order_of(second)) and not errata.between_one_and_two(
+        errata.order_of(flat)
+    )
 
 
 # bisection
@@ -246,12 +305,16 @@ def files(folder):
 
 def test_bisection_halves_the_interval_of_each_case_and_stops(tmp_path, write_run):
     file = tmp_path / "stability.yaml"
-    file.write_text("# @package _global_\n# reproduce: bisect cfl to 0.1\ncases:\n  - method=mpm\n  - method=otm\n")
+    file.write_text(
+        "# @package _global_\n# reproduce: bisect cfl to 0.1\ncases:\n  - method=mpm\n  - method=otm\n"
+    )
     wanted = bisect.asked_for(file)
     assert wanted is not None and (wanted.key, wanted.tolerance) == ("cfl", 0.1)
 
     def write(method, cfl, status):
-        path = write_run(tmp_path / "runs", method, status=status, snapshot=False, constant=cfl, time_step=cfl)
+        path = write_run(
+            tmp_path / "runs", method, status=status, snapshot=False, constant=cfl, time_step=cfl
+        )
         with netCDF4.Dataset(path, "a") as data:
             data.config = json.dumps(json.loads(data.config) | {"cfl": cfl})
 
@@ -270,14 +333,18 @@ def test_bisection_halves_the_interval_of_each_case_and_stops(tmp_path, write_ru
 def test_stability_table_reads_the_bracket(tmp_path, write_run):
     for cfl, status in ((0.5, "ok"), (0.99, "ok"), (1.01, "diverged"), (2.0, "diverged")):
         folder, step = tmp_path / "stability", cfl * 1e-3
-        path = write_run(folder, "mpm", resolution=16, status=status, time_step=step, snapshot=False)
+        path = write_run(
+            folder, "mpm", resolution=16, status=status, time_step=step, snapshot=False
+        )
         with netCDF4.Dataset(path, "a") as data:
             data.config = json.dumps(json.loads(data.config) | {"cfl": cfl})
     row = survival.stability_table(read_campaigns(tmp_path)["stability"]).rows[0]
     limit = 1e-3 * survival.WAVE_SPEED * 16
     assert [row[k].value for k in (2, 4, 5)] == pytest.approx([limit, 0.99 * limit, 1.01 * limit])
     assert row[6].value == pytest.approx(1.0) and len(row[6].files) == 2
-    assert row[3].value == pytest.approx(np.sqrt(0.6)) and row[7].value == pytest.approx(limit / np.sqrt(0.6))
+    assert row[3].value == pytest.approx(np.sqrt(0.6)) and row[7].value == pytest.approx(
+        limit / np.sqrt(0.6)
+    )
 
 
 def test_limits_on_an_infinite_grid():
@@ -285,17 +352,26 @@ def test_limits_on_an_infinite_grid():
     assert spectra.largest_step(2, "consistent", "flip") == pytest.approx(2.0 / np.sqrt(10.0))
     for degree in (1, 2, 3):
         for transfer in ("flip", "position_difference"):
-            assert spectra.largest_step(degree, "lumped", transfer) > spectra.largest_step(degree, "consistent", "flip")
+            assert spectra.largest_step(degree, "lumped", transfer) > spectra.largest_step(
+                degree, "consistent", "flip"
+            )
 
 
 @pytest.mark.parametrize("transfer", ["flip", "position_difference"])
 @pytest.mark.parametrize("mass", ["lumped", "consistent"])
 def test_the_solver_meets_the_limits_on_an_infinite_grid(mass, transfer):
-    case = {"method__mass": mass, "method__transfer": transfer, "resolution": 64, "problem__velocity_amplitude": 0.006}
+    case = {
+        "method__mass": mass,
+        "method__transfer": transfer,
+        "resolution": 64,
+        "problem__velocity_amplitude": 0.006,
+    }
     limit = spectra.largest_step(1, mass, transfer) / 64 / survival.WAVE_SPEED
     ends = []
     for factor in (0.97, 1.05):
-        config = support.compose("bar_fixed_ends", "mpm", "linear", time_step=factor * limit, end_time=0.2, **case)
+        config = support.compose(
+            "bar_fixed_ends", "mpm", "linear", time_step=factor * limit, end_time=0.2, **case
+        )
         ends.append(solve(config).attrs["status"])
     assert ends == ["ok", "diverged"]
 

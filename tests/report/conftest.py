@@ -82,7 +82,10 @@ def make_run(
         "n_particles": float(particles),
         "n_nodes": resolution + 1.0,
         "n_cell_crossings": 0.0,
-        "solver_time": 1e-4 * resolution * (3.0 if basis == "maxent" else 1.0) * (1.2 if method == "otm" else 1.0),
+        "solver_time": 1e-4
+        * resolution
+        * (3.0 if basis == "maxent" else 1.0)
+        * (1.2 if method == "otm" else 1.0),
         "compile_time": 2.0,
         "wall_time": 3.0,
         "peak_memory": 200.0,
@@ -140,7 +143,9 @@ def _fields(particles: int, dimension: int, error: float) -> dict[str, Any]:
     """A first mode of a bar or plate, with an oscillating error of the stress."""
     per_axis = round(particles ** (1 / dimension))
     line = (np.arange(per_axis) + 0.5) / per_axis
-    initial = np.stack([part.ravel() for part in np.meshgrid(*[line] * dimension, indexing="ij")], axis=1)
+    initial = np.stack(
+        [part.ravel() for part in np.meshgrid(*[line] * dimension, indexing="ij")], axis=1
+    )
     displacement = 1e-2 * np.sin(np.pi * initial)
     stress = np.zeros((2, particles, dimension, dimension))
     for d in range(dimension):
@@ -184,7 +189,12 @@ def make_quickstart(folder: Path, timing_context: str = "exclusive") -> None:
                 reason="particle 3 left the end knots at step 7 (t = 7e-05 s)" if failed else "",
             )
     make_run(
-        folder, "gmm", "bspline", 8, status="not_applicable", reason="gmm needs nodes of its own, bspline has knots"
+        folder,
+        "gmm",
+        "bspline",
+        8,
+        status="not_applicable",
+        reason="gmm needs nodes of its own, bspline has knots",
     )
 
 

@@ -24,7 +24,9 @@ def drawn(folder):
         column, row = (round(part + 0.45) for part in patch.get_xy())
         cells[rows[row], columns[column]] = to_hex(patch.get_facecolor())
     marks = {
-        (rows[round(y)], columns[round(x)]): text.get_text() for text in axes.texts for x, y in [text.get_position()]
+        (rows[round(y)], columns[round(x)]): text.get_text()
+        for text in axes.texts
+        for x, y in [text.get_position()]
     }
     return study, cells, marks
 
@@ -46,10 +48,27 @@ def test_time_steps_are_columns_and_reasons_share_marks(tmp_path, write_run):
         for resolution in (8, 16):
             for step in (1e-5, 1e-6):
                 bad = resolution == 16 and step == 1e-5
-                reason = f"not finite in step {len(method) * 7} (t = {resolution * 1e-4:g} s)" if bad else ""
+                reason = (
+                    f"not finite in step {len(method) * 7} (t = {resolution * 1e-4:g} s)"
+                    if bad
+                    else ""
+                )
                 status = "diverged" if bad else "ok"
-                write_run(tmp_path, method, resolution=resolution, time_step=step, status=status, reason=reason)
-    write_run(tmp_path, "mpm", resolution=32, status="diverged", reason="the iteration of max-ent ran away")
+                write_run(
+                    tmp_path,
+                    method,
+                    resolution=resolution,
+                    time_step=step,
+                    status=status,
+                    reason=reason,
+                )
+    write_run(
+        tmp_path,
+        "mpm",
+        resolution=32,
+        status="diverged",
+        reason="the iteration of max-ent ran away",
+    )
     study, cells, marks = drawn(tmp_path)
     assert {column for _, column in cells} == {
         "8, 1e-05 s", "8, 1e-06 s", "16, 1e-05 s", "16, 1e-06 s", "32, 1e-05 s",
@@ -57,14 +76,22 @@ def test_time_steps_are_columns_and_reasons_share_marks(tmp_path, write_run):
     assert marks["MPM, linear", "16, 1e-05 s"] == marks["OTM, linear", "16, 1e-05 s"]
     assert marks["MPM, linear", "32, 1e-05 s"] != marks["MPM, linear", "16, 1e-05 s"]
     table = atlas.reasons(study)
-    assert [row[2].value for row in table.rows] == [2, 1] or [row[2].value for row in table.rows] == [1, 2]
+    assert [row[2].value for row in table.rows] == [2, 1] or [
+        row[2].value for row in table.rows
+    ] == [1, 2]
 
 
 @pytest.mark.usefixtures("only_svg")
 def test_all_statuses_and_a_long_axis_label_fit(tmp_path, write_run):
     for k, status in enumerate(atlas.COLOURS):
         for step in (1e-5, 1e-6):
-            write_run(tmp_path, resolution=4 + k, time_step=step, status=status, reason="" if status == "ok" else "why")
+            write_run(
+                tmp_path,
+                resolution=4 + k,
+                time_step=step,
+                status=status,
+                reason="" if status == "ok" else "why",
+            )
     assert len(drawn(tmp_path)[1]) == 2 * len(atlas.COLOURS)
 
 

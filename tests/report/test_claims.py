@@ -9,7 +9,10 @@ ERROR = "error_displacement_rms"
 
 
 def more_accurate(runs):
-    otm, mpm = (runs.number("fig6", ERROR, method=method, basis="linear", resolution=32) for method in ("otm", "mpm"))
+    otm, mpm = (
+        runs.number("fig6", ERROR, method=method, basis="linear", resolution=32)
+        for method in ("otm", "mpm")
+    )
     return (HOLDS if otm < 0.5 * mpm else FAILS), f"{otm:.3g} m against {mpm:.3g} m"
 
 
@@ -49,10 +52,15 @@ def test_a_doctored_run_changes_the_verdicts(campaign, write_run):
 
 
 def test_failed_or_missing_runs_leave_a_claim_undecided_and_say_why(campaign, write_run):
-    write_run(campaign, "otm", resolution=32, status="diverged", reason="boom", scalars={ERROR: 1e-12})
+    write_run(
+        campaign, "otm", resolution=32, status="diverged", reason="boom", scalars={ERROR: 1e-12}
+    )
     verdict = judge(ACCURATE, {"fig6": read_campaign(campaign)})
     assert verdict.answer == UNDECIDED
-    assert "method otm, basis linear, resolution 32" in verdict.because and "diverged" in verdict.because
+    assert (
+        "method otm, basis linear, resolution 32" in verdict.because
+        and "diverged" in verdict.because
+    )
     assert judge(ACCURATE, {}).because == "there is no campaign fig6"
 
 
@@ -69,4 +77,6 @@ def test_table_links_every_verdict_to_its_runs(campaign):
     table = claims_table("claims", [ACCURATE, ORDER], {"fig6": read_campaign(campaign)})
     assert [row[2].value for row in table.rows] == [HOLDS, HOLDS]
     assert [len(row[2].files) for row in table.rows] == [2, 4]
-    assert "order of error_displacement_rms, method mpm, basis linear: 2.0" in table.rows[1][4].value
+    assert (
+        "order of error_displacement_rms, method mpm, basis linear: 2.0" in table.rows[1][4].value
+    )

@@ -12,7 +12,11 @@ DISPLACEMENT = "error_displacement_rms"
 
 def draw(folder):
     (study,) = studies(read_campaign(folder))
-    orders = {one.label: order_of(study, one, DISPLACEMENT) for one in study.series if len(one.finite(DISPLACEMENT))}
+    orders = {
+        one.label: order_of(study, one, DISPLACEMENT)
+        for one in study.series
+        if len(one.finite(DISPLACEMENT))
+    }
     with style.applied():
         return study, figures.convergence(study, DISPLACEMENT, orders)
 
@@ -31,7 +35,9 @@ def test_curves_carry_method_colour_basis_marker_and_data(tmp_path, write_quicks
     curve = next(line for line in lines(figure) if line.get_marker() == "^")
     assert curve.get_color() == style.METHOD_COLOURS["otm"]
     assert curve.get_xdata().tolist() == [8, 16, 32, 64]
-    assert curve.get_ydata() == pytest.approx(6e-5 * np.array([8.0, 16, 32, 64]) ** -3.5 + 2.764e-10)
+    assert curve.get_ydata() == pytest.approx(
+        6e-5 * np.array([8.0, 16, 32, 64]) ** -3.5 + 2.764e-10
+    )
     assert figure.axes[0].get_xscale() == figure.axes[0].get_yscale() == "log"
     assert figure.axes[0].get_ylabel() == "RMS displacement error [m]"
 
@@ -62,7 +68,9 @@ def test_failed_runs_are_crosses_and_inapplicable_ones_are_not(tmp_path, write_q
     write_quickstart(tmp_path)
     _, figure = draw(tmp_path)
     crosses = [line for line in lines(figure) if line.get_marker() == "x"]
-    assert [(line.get_color(), list(line.get_xdata())) for line in crosses] == [(style.METHOD_COLOURS["unified"], [64])]
+    assert [(line.get_color(), list(line.get_xdata())) for line in crosses] == [
+        (style.METHOD_COLOURS["unified"], [64])
+    ]
     assert "failed (colour of the method)" in entries(figure)
     assert not any("GMM" in entry for entry in entries(figure))
 
@@ -98,7 +106,11 @@ def test_nothing_is_drawn_without_a_finished_run(tmp_path, write_run):
 
 def test_work_precision_prefers_exclusive_times(tmp_path, write_run):
     for resolution in (8, 16, 32):
-        write_run(tmp_path, resolution=resolution, timing_context="shared" if resolution == 32 else "exclusive")
+        write_run(
+            tmp_path,
+            resolution=resolution,
+            timing_context="shared" if resolution == 32 else "exclusive",
+        )
     (study,) = studies(read_campaign(tmp_path))
     figure, exclusive = figures.work_precision(study, DISPLACEMENT)
     assert exclusive
@@ -114,7 +126,9 @@ def test_work_precision_marks_shared_times(tmp_path, write_quickstart):
     assert [text.get_text() for text in figure.axes[0].texts] == ["machine shared with other runs"]
 
 
-def test_stress_profile_compares_particles_with_the_exact_solution_in_black(tmp_path, write_quickstart):
+def test_stress_profile_compares_particles_with_the_exact_solution_in_black(
+    tmp_path, write_quickstart
+):
     write_quickstart(tmp_path)
     (study,) = studies(read_campaign(tmp_path))
     value, fields = profiles.final_fields(study)
@@ -143,7 +157,13 @@ def test_profiles_of_many_variants_show_every_method(tmp_path, write_run):
 
 def test_plane_problem_has_a_line_and_a_map(tmp_path, write_run):
     for resolution in (8, 16):
-        write_run(tmp_path, resolution=resolution, dimension=2, particles_per_cell=16, problem="plate_axis_aligned")
+        write_run(
+            tmp_path,
+            resolution=resolution,
+            dimension=2,
+            particles_per_cell=16,
+            problem="plate_axis_aligned",
+        )
     (study,) = studies(read_campaign(tmp_path))
     _, fields = profiles.final_fields(study)
     with style.applied():

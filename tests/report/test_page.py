@@ -12,7 +12,10 @@ from mpmbench.report.series import studies
 from mpmbench.report.tables import Cell, errors
 
 NAN = float("nan")
-NOTHING_TO_DRAW = {"snapshot": False, "scalars": {"error_displacement_rms": NAN, "error_stress_rms": NAN}}
+NOTHING_TO_DRAW = {
+    "snapshot": False,
+    "scalars": {"error_displacement_rms": NAN, "error_stress_rms": NAN},
+}
 
 
 @pytest.fixture(scope="module")
@@ -27,14 +30,21 @@ def quickstart(tmp_path_factory):
 
 
 def rows(folder: Path, name: str) -> list[dict[str, str]]:
-    with open(folder / "report" / "tables" / f"bar_fixed_ends-{name}.csv", encoding="utf-8") as file:
+    with open(
+        folder / "report" / "tables" / f"bar_fixed_ends-{name}.csv", encoding="utf-8"
+    ) as file:
         return list(csv.DictReader(file))
 
 
 def test_every_figure_and_table_is_written_in_its_formats(quickstart):
     folder, _ = quickstart
     drawn = {file.name for file in (folder / "report" / "figures").iterdir()}
-    for stem in ("convergence_displacement", "convergence_stress", "work_precision", "stress_profile"):
+    for stem in (
+        "convergence_displacement",
+        "convergence_stress",
+        "work_precision",
+        "stress_profile",
+    ):
         assert {f"bar_fixed_ends-{stem}.{kind}" for kind in ("svg", "pdf", "png")} <= drawn
     written = {file.name for file in (folder / "report" / "tables").iterdir()}
     for stem in ("orders", "error_displacement-resolution", "timings", "failures", "runs"):
@@ -45,7 +55,11 @@ def test_every_figure_and_table_is_written_in_its_formats(quickstart):
 def test_page_opens_offline(quickstart):
     _, text = quickstart
     loaded = re.findall(r'(?:src|href)="([^"]+)"', text) + re.findall(r"url\(([^)]+)\)", text)
-    assert not [place for place in loaded if "//" in place and not place.startswith("data:image/png;base64,")]
+    assert not [
+        place
+        for place in loaded
+        if "//" in place and not place.startswith("data:image/png;base64,")
+    ]
     assert "<script" not in text and "@import" not in text
 
 
@@ -83,7 +97,9 @@ def test_timings_are_relative_to_linear_mpm(quickstart):
     folder, _ = quickstart
     by_curve = {row["curve"]: row for row in rows(folder, "timings")}
     assert float(by_curve["OTM, linear"]["8 cells [s]"]) == pytest.approx(1.2 * 8e-4)
-    with open(folder / "report" / "tables" / "bar_fixed_ends-timings.csv", encoding="utf-8") as file:
+    with open(
+        folder / "report" / "tables" / "bar_fixed_ends-timings.csv", encoding="utf-8"
+    ) as file:
         table = list(csv.reader(file))
     ratios = {row[0]: [float(value) for value in row[2:-1:2] if value] for row in table[1:]}
     assert ratios["OTM, max-ent"] == pytest.approx([3.6] * 4)
@@ -93,11 +109,16 @@ def test_timings_are_relative_to_linear_mpm(quickstart):
 @pytest.mark.usefixtures("only_svg")
 def test_shared_timings_stay_out_of_the_table(tmp_path, write_run):
     for resolution in (8, 16):
-        write_run(tmp_path, "mpm", resolution=resolution, timing_context="exclusive", snapshot=False)
+        write_run(
+            tmp_path, "mpm", resolution=resolution, timing_context="exclusive", snapshot=False
+        )
         write_run(tmp_path, "otm", resolution=resolution, timing_context="shared", snapshot=False)
     build(tmp_path)
     assert [row["curve"] for row in rows(tmp_path, "timings")] == ["MPM, linear"]
-    assert "2 runs that shared the machine are left out" in (tmp_path / "report" / "index.html").read_text()
+    assert (
+        "2 runs that shared the machine are left out"
+        in (tmp_path / "report" / "index.html").read_text()
+    )
 
 
 @pytest.mark.usefixtures("only_svg")
@@ -172,5 +193,12 @@ def test_tables_show_significant_zeros_and_latex_has_powers_of_ten(tmp_path, wri
     table = errors(study, "error_displacement_rms")
     assert "| 1.70e-06 |" in table.markdown()
     assert r"MPM, linear & $1.70 \times 10^{-6}$ \\" in table.latex()
-    shown = {1.7031e-6: "1.70e-06", 0.01: "0.01", 80.0: "80", 2114.2: "2114", 0.1499999: "0.150", 1e9: "1e+09"}
+    shown = {
+        1.7031e-6: "1.70e-06",
+        0.01: "0.01",
+        80.0: "80",
+        2114.2: "2114",
+        0.1499999: "0.150",
+        1e9: "1e+09",
+    }
     assert {value: Cell(value).text for value in shown} == shown

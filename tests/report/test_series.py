@@ -15,7 +15,9 @@ def one_study(folder):
 def test_settings_units_and_scalars_are_read(tmp_path, write_run):
     file = write_run(tmp_path, "otm", "maxent", 16, mass="consistent")
     campaign = read_campaign(tmp_path)
-    assert campaign.runs.at[file.name, "error_displacement_rms"] == pytest.approx(1e-3 / 256 + 2.764e-10)
+    assert campaign.runs.at[file.name, "error_displacement_rms"] == pytest.approx(
+        1e-3 / 256 + 2.764e-10
+    )
     assert campaign.runs.at[file.name, "resolution"] == 16
     assert campaign.settings.at[file.name, "method.mass"] == "consistent"
     assert campaign.units["error_stress_rms"] == "Pa"
@@ -44,7 +46,14 @@ def test_resolution_sweep_is_one_curve_per_method_and_basis(tmp_path, write_quic
     study = one_study(tmp_path)
     assert study.axis.key == "resolution"
     assert [one.label for one in study.series] == [
-        *("MPM, linear", "MPM, B-spline", "OTM, linear", "OTM, max-ent", "unified, B-spline", "GMM, B-spline")
+        *(
+            "MPM, linear",
+            "MPM, B-spline",
+            "OTM, linear",
+            "OTM, max-ent",
+            "unified, B-spline",
+            "GMM, B-spline",
+        )
     ]
     assert study.values() == [8, 16, 32, 64]
 
@@ -81,7 +90,9 @@ def test_sweep_of_a_basis_key_labels_that_basis_only(tmp_path, write_run):
     for resolution in (8, 16):
         write_run(tmp_path, "mpm", "linear", resolution)
         for degree in (1, 2):
-            write_run(tmp_path, "mpm", "bspline", resolution, settings={"basis": {"degree": degree}})
+            write_run(
+                tmp_path, "mpm", "bspline", resolution, settings={"basis": {"degree": degree}}
+            )
     labels = [one.label for one in one_study(tmp_path).series]
     assert labels == ["MPM, linear", "MPM, B-spline, degree 1", "MPM, B-spline, degree 2"]
 
@@ -110,7 +121,9 @@ def test_a_second_axis_gets_its_own_study(tmp_path, write_run):
 
 def test_any_swept_number_can_be_the_axis(tmp_path, write_run):
     for amplitude in (0.005, 0.01, 0.02):
-        write_run(tmp_path, settings={"problem": {"velocity_amplitude": amplitude}}, constant=amplitude)
+        write_run(
+            tmp_path, settings={"problem": {"velocity_amplitude": amplitude}}, constant=amplitude
+        )
     study = one_study(tmp_path)
     assert study.axis.key == "problem.velocity_amplitude"
     assert study.axis.label == "velocity amplitude [m/s]"
@@ -119,7 +132,10 @@ def test_any_swept_number_can_be_the_axis(tmp_path, write_run):
 def test_each_problem_is_a_study(tmp_path, write_run):
     write_run(tmp_path, problem="bar_fixed_ends")
     write_run(tmp_path, problem="bar_dynamic_traction", time_step=1e-4)
-    assert [study.problem for study in studies(read_campaign(tmp_path))] == ["bar_dynamic_traction", "bar_fixed_ends"]
+    assert [study.problem for study in studies(read_campaign(tmp_path))] == [
+        "bar_dynamic_traction",
+        "bar_fixed_ends",
+    ]
 
 
 @pytest.mark.parametrize("status", ["diverged", "broke_down", "timeout", "not_applicable"])

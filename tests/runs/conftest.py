@@ -15,7 +15,10 @@ from mpmbench.cli import main
 PLUGINS = Path(__file__).parents[1] / "plugins"
 MARK = "MPMBENCH_TESTS"  # in the environment of whatever these tests start
 os.environ[MARK] = str(os.getpid())
-STAYING = ("mpmbench.runs.server", "resource_tracker")  # children of the tests' own process that serve all of them
+STAYING = (
+    "mpmbench.runs.server",
+    "resource_tracker",
+)  # children of the tests' own process that serve all of them
 _started: "list[subprocess.Popen[str]]" = []
 
 
@@ -62,7 +65,8 @@ def command(folder, capfd) -> Callable[..., Outcome]:
 def start(*arguments: str) -> "subprocess.Popen[str]":
     """The command line as a program of its own, in a session of its own: what it does to its group stays there.
 
-    It heeds Ctrl-C even when the tests run in the background of a shell, which makes them ignore it.
+    It heeds Ctrl-C even when the tests run in the background of a shell, which makes them ignore
+    it.
     """
     process = subprocess.Popen(
         [sys.executable, "-m", "mpmbench", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,

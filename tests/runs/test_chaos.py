@@ -23,7 +23,14 @@ from mpmbench.runs import ledger
 from tests.runs.conftest import start, waited
 from tests.runs.test_failures import computes, pids_of
 
-SWEEP = ("-m", "method=mpm,otm", "basis=linear,bspline", "resolution=4,8,16", "end_time=5e-3", "campaign=chaos")
+SWEEP = (
+    "-m",
+    "method=mpm,otm",
+    "basis=linear,bspline",
+    "resolution=4,8,16",
+    "end_time=5e-3",
+    "campaign=chaos",
+)
 CLOCKS = ("solver_time", "compile_time", "wall_time", "peak_memory")
 MOST_PATIENCE = 120  # seconds for one command
 
@@ -32,7 +39,11 @@ MOST_PATIENCE = 120  # seconds for one command
 def undisturbed(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("undisturbed")
     outcome = subprocess.run(
-        [sys.executable, "-m", "mpmbench", *SWEEP], cwd=folder, capture_output=True, text=True, check=False
+        [sys.executable, "-m", "mpmbench", *SWEEP],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert outcome.returncode == 0, outcome.stdout
     return folder / "results/chaos"
@@ -43,12 +54,24 @@ def cells(folder: Path) -> dict[str, list[list[str]]]:
     found = {}
     for study in studies(read_campaign(folder)):
         orders = {
-            name: {one.label: order for one in study.series if (order := order_of(study, one, name)) is not None}
+            name: {
+                one.label: order
+                for one in study.series
+                if (order := order_of(study, one, name)) is not None
+            }
             for name in ("error_displacement_rms", "error_stress_rms")
         }
-        made = [tables.orders(study, orders), tables.errors(study, "error_displacement_rms"), tables.all_runs(study)]
+        made = [
+            tables.orders(study, orders),
+            tables.errors(study, "error_displacement_rms"),
+            tables.all_runs(study),
+        ]
         for table in filter(None, [*made, tables.failures(study)]):
-            kept = [k for k, name in enumerate(table.columns) if not any(c.replace("_", " ") in name for c in CLOCKS)]
+            kept = [
+                k
+                for k, name in enumerate(table.columns)
+                if not any(c.replace("_", " ") in name for c in CLOCKS)
+            ]
             found[table.name] = [[str(row[k].value) for k in kept] for row in table.rows]
     return found
 
@@ -57,12 +80,18 @@ def check_files(folder: Path, undisturbed: Path) -> None:
     """Every file is a whole result, and those that say so hold what an undisturbed run gives."""
     for file in folder.glob("*.nc"):
         with xr.open_dataset(file, decode_cf=False) as dataset:
-            assert dataset.attrs["status"] in ("ok", "crashed", "interrupted"), (file, dataset.attrs["reason"])
+            assert dataset.attrs["status"] in ("ok", "crashed", "interrupted"), (
+                file,
+                dataset.attrs["reason"],
+            )
             if dataset.attrs["status"] == "ok":
                 with xr.open_dataset(undisturbed / file.name, decode_cf=False) as expected:
                     assert set(expected.variables) == set(dataset.variables)
                     for name in set(expected.variables) - set(CLOCKS):
-                        assert np.array_equal(dataset[name], expected[name], equal_nan=True), (file, name)
+                        assert np.array_equal(dataset[name], expected[name], equal_nan=True), (
+                            file,
+                            name,
+                        )
 
 
 def victims(session: str, command: "subprocess.Popen[str]") -> dict[str, list[int]]:
@@ -78,7 +107,9 @@ def victims(session: str, command: "subprocess.Popen[str]") -> dict[str, list[in
     return found
 
 
-def disturb(folder: Path, undisturbed: Path, kills: int, seed: int, monkeypatch, *more: str) -> dict[str, int]:
+def disturb(
+    folder: Path, undisturbed: Path, kills: int, seed: int, monkeypatch, *more: str
+) -> dict[str, int]:
     """Kill so many processes of a sweep at random moments, and start the command anew when it was killed or is done."""
     monkeypatch.chdir(folder)
     monkeypatch.setenv("MPMBENCH_TEST", str(folder))
@@ -89,7 +120,9 @@ def disturb(folder: Path, undisturbed: Path, kills: int, seed: int, monkeypatch,
     while sum(killed.values()) < kills:
         if command is None or command.poll() is not None:
             command = start(*SWEEP, *more)
-            if "12 finished" in command.stdout.readline():  # done too early: give it something to do
+            if (
+                "12 finished" in command.stdout.readline()
+            ):  # done too early: give it something to do
                 command.wait(MOST_PATIENCE)
                 for file in dice.sample(sorted(folder.glob("results/chaos/*.nc")), 6):
                     file.unlink()

@@ -13,7 +13,11 @@ OUTSIDE = PLUGINS / "outside"
 
 def card(out: str) -> dict[str, str]:
     """Rows of a scorecard by their names."""
-    return {line[2:42].strip(): line[42:] for line in out.splitlines() if line.startswith("  ") and line[2] != " "}
+    return {
+        line[2:42].strip(): line[42:]
+        for line in out.splitlines()
+        if line.startswith("  ") and line[2] != " "
+    }
 
 
 @pytest.fixture(autouse=True)
@@ -25,7 +29,9 @@ def test_a_plugin_that_keeps_its_contract(command):
     outcome = command("check", str(OUTSIDE / "stored_hat.py"))
     assert outcome.code == 0, outcome.out
     rows = card(outcome.out)
-    assert len(rows) == 11 and all(marks.count("ok") >= 1 and "FAILS" not in marks for marks in rows.values())
+    assert len(rows) == 11 and all(
+        marks.count("ok") >= 1 and "FAILS" not in marks for marks in rows.values()
+    )
     assert rows["kronecker"].split("  ") == ["1D ok", "1D moved ok"]
     assert "20 of 20 checks passed" in outcome.out
 
@@ -53,14 +59,21 @@ def test_what_is_broken_is_named_and_costs_its_own_line_only(command, folder):
         'kronecker="everywhere"', 'kronecker="none"'
     )
     text = text.replace(
-        "        outside = self", "        if len(x) > 4000:\n            os.abort()\n        outside = self", 1
+        "        outside = self",
+        "        if len(x) > 4000:\n            os.abort()\n        outside = self",
+        1,
     )
     (folder / "stored_hat.py").write_text("import os\n" + text)
     outcome = command("check", "stored_hat.py")
     assert outcome.code == 1
     rows = card(outcome.out)
     failing = {name for name, marks in rows.items() if "FAILS" in marks}
-    assert failing == {"gradient is the derivative", "linear completeness", "kronecker", "gradient jumps"}
+    assert failing == {
+        "gradient is the derivative",
+        "linear completeness",
+        "kronecker",
+        "gradient jumps",
+    }
     assert "1D: relative error of the gradient 0.5, less than 2e-05 is needed" in outcome.out
     assert "interpolation at the nodes holds and is not declared" in outcome.out
     assert "1D: the process was ended by SIGABRT" in outcome.out
@@ -96,7 +109,10 @@ def test_files_that_are_no_plugins(command, folder, text, sentence):
     [
         (None, "conf/basis/stored_hat.yaml is missing beside it"),
         ("name: other", "conf/basis/stored_hat.yaml has name: other, not stored_hat"),
-        ("name: [unclosed\n", "conf/basis/stored_hat.yaml, line 2: not valid YAML: did not find expected ',' or ']'"),
+        (
+            "name: [unclosed\n",
+            "conf/basis/stored_hat.yaml, line 2: not valid YAML: did not find expected ',' or ']'",
+        ),
     ],
 )
 def test_a_plugin_with_a_bad_yaml_file_or_none(folder, monkeypatch, text, sentence):

@@ -163,6 +163,11 @@ def test_merge_leaves_broken_files_out_and_names_them(both, command, folder):
     assert f"left out: b/{names[0]}: not a readable result" in outcome.out
     assert f"left out: b/{names[1]}: another configuration has its name in a" in outcome.out
     assert (a / names[0]).read_bytes() == whole
-    for arguments in (("merge", "a"), ("merge", "a", "nowhere"), ("merge", "a", "a"), ("merge", "a", ".")):
+    for arguments in (
+        ("merge", "a"),
+        ("merge", "a", "nowhere"),
+        ("merge", "a", "a"),
+        ("merge", "a", "."),
+    ):
         outcome = command(*arguments)
         assert outcome.code == 2 and outcome.err.count("\n") == 1

@@ -23,7 +23,9 @@ def test_a_cache_for_plugins_starts_with_what_is_compiled_without_them(plain, mo
     assert folder != plain and (folder / "core/kernel.nbc").read_text() == "compiled"
     (folder / "core/own.nbc").write_text("of a plug-in")
     (folder / "core/kernel.nbc").unlink()
-    assert environment.cache_folder() == folder and not (folder / "core/kernel.nbc").exists()  # not begun again
+    assert (
+        environment.cache_folder() == folder and not (folder / "core/kernel.nbc").exists()
+    )  # not begun again
     assert [file.name for file in plain.rglob("*.nbc")] == ["kernel.nbc"]
     assert sorted(path.name for path in plain.parent.iterdir()) == sorted([plain.name, folder.name])
 

@@ -18,7 +18,13 @@ def campaign(tmp_path_factory) -> Path:
     """A plate with three instants, a bar, and a run that does not apply."""
     folder = tmp_path_factory.mktemp("exported")
     place = f"output_dir={folder}"
-    plate = start("problem=plate_axis_aligned", "resolution=4", "end_time=1e-3", "snapshot_times=[5e-4]", place)
+    plate = start(
+        "problem=plate_axis_aligned",
+        "resolution=4",
+        "end_time=1e-3",
+        "snapshot_times=[5e-4]",
+        place,
+    )
     bar = start("-m", "resolution=4", "basis=linear,bspline", "basis.degree=2", place)
     assert (plate.wait(), bar.wait()) == (0, 0)
     return folder / "default"
@@ -48,7 +54,9 @@ def test_particles_for_paraview_hold_what_the_result_holds(plate, command):
     assert command("export", str(plate), "--vtk").code == 0
     series = instants(plate.parent / "export")
     dataset = xr.load_dataset(plate, decode_cf=False)
-    assert [time for time, _ in series] == dataset.snapshot_time.values.tolist() == [0.0, 5e-4, 1e-3]
+    assert (
+        [time for time, _ in series] == dataset.snapshot_time.values.tolist() == [0.0, 5e-4, 1e-3]
+    )
     for k, (_, file) in enumerate(series):
         piece = ElementTree.parse(file).getroot().find("PolyData/Piece")
         n = int(piece.get("NumberOfPoints"))
@@ -62,7 +70,9 @@ def test_particles_for_paraview_hold_what_the_result_holds(plate, command):
         assert np.array_equal(arrays["velocity_exact [m s-1]"][:, :2], snapshot.velocity_exact)
         assert np.array_equal(arrays["volume [m2]"][:, 0], snapshot.volume)
         offsets, connectivity = (read_array(element) for element in reversed(piece.find("Verts")))
-        assert np.array_equal(connectivity[:, 0], np.arange(n)) and np.array_equal(offsets[:, 0], np.arange(1, n + 1))
+        assert np.array_equal(connectivity[:, 0], np.arange(n)) and np.array_equal(
+            offsets[:, 0], np.arange(1, n + 1)
+        )
 
 
 def test_the_vtk_package_reads_it(plate, command):
@@ -93,7 +103,9 @@ def test_tables_hold_all_digits(plate, command):
     assert float(last["stress_12 [Pa]"]) == dataset.stress.values[-1, -1, 0, 1]
     assert float(last["position_2 [m]"]) == dataset.position.values[-1, -1, 1]
     history = list(csv.DictReader((plate.parent / "export" / f"{plate.stem}-history.csv").open()))
-    assert [float(row["kinetic_energy [J]"]) for row in history] == dataset.kinetic_energy.values.tolist()
+    assert [
+        float(row["kinetic_energy [J]"]) for row in history
+    ] == dataset.kinetic_energy.values.tolist()
     assert float(history[-1]["momentum_2 [kg m s-1]"]) == dataset.momentum.values[-1, 1]
 
 
@@ -123,6 +135,8 @@ def test_what_cannot_be_exported_is_said(campaign, command, folder):
         assert outcome.code == 2 and sentence in outcome.err and outcome.err.count("\n") == 1
     (folder / "broken.nc").write_bytes(b"CDF\x01")
     assert "not a readable result" in command("export", "broken.nc", "--csv").err
-    empty = next(file for file in campaign.glob("*.nc") if netCDF4.Dataset(file).status == "not_applicable")
+    empty = next(
+        file for file in campaign.glob("*.nc") if netCDF4.Dataset(file).status == "not_applicable"
+    )
     outcome = command("export", str(empty), "--vtk")
     assert outcome.code == 1 and "there are no particles in it" in outcome.err

@@ -34,7 +34,10 @@ def by_fault(folder: Path) -> dict[str, tuple[Path, dict]]:
     files = list((folder / "results" / "faults").glob("*.nc"))
     attributes = {file: result.read_attributes(file) for file in files}
     assert None not in attributes.values()
-    return {json.loads(found["config"])["problem"]["fault"]: (file, found) for file, found in attributes.items()}
+    return {
+        json.loads(found["config"])["problem"]["fault"]: (file, found)
+        for file, found in attributes.items()
+    }
 
 
 def needs(launcher: str) -> None:
@@ -43,7 +46,10 @@ def needs(launcher: str) -> None:
         pytest.importorskip("submitit" if "submitit" in launcher else "joblib")
 
 
-@pytest.fixture(scope="module", params=["basic", *(pytest.param(name, marks=pytest.mark.slow) for name in PARALLEL)])
+@pytest.fixture(
+    scope="module",
+    params=["basic", *(pytest.param(name, marks=pytest.mark.slow) for name in PARALLEL)],
+)
 def swept(request, tmp_path_factory):
     """One sweep over all faults under each launcher, with a healthy run first and last."""
     needs(request.param)
@@ -62,14 +68,22 @@ def test_each_fault_has_a_file_with_its_name(swept, fault):
     _, attributes = by_fault(swept[0])[fault]
     assert attributes["status"] == status
     assert reason in attributes["reason"]
-    assert attributes["config_hash"] and attributes["code_hash"] and attributes["host"] and attributes["schema_version"]
+    assert (
+        attributes["config_hash"]
+        and attributes["code_hash"]
+        and attributes["host"]
+        and attributes["schema_version"]
+    )
 
 
 def test_the_others_finish_and_the_failed_ones_are_listed(swept):
     folder, outcome = swept
     assert outcome.returncode == 1
     found = by_fault(folder)
-    assert {fault for fault, (_, attributes) in found.items() if attributes["status"] == "ok"} == {"none", "slow"}
+    assert {fault for fault, (_, attributes) in found.items() if attributes["status"] == "ok"} == {
+        "none",
+        "slow",
+    }
     assert found["not_applicable"][1]["status"] == "not_applicable"
     assert f"{len(FAULTS)} of the runs failed" in outcome.stdout
     table = outcome.stdout.split("of the runs failed")[1]
@@ -96,16 +110,25 @@ def test_a_run_that_was_stopped_keeps_what_is_known(swept):
 def test_nothing_but_results_is_left(swept):
     folder, _ = swept
     assert [path.name for path in folder.iterdir()] == ["results"]
-    assert all(path.suffix == ".nc" and not path.name.startswith(".") for path in (folder / "results/faults").iterdir())
+    assert all(
+        path.suffix == ".nc" and not path.name.startswith(".")
+        for path in (folder / "results/faults").iterdir()
+    )
 
 
 def test_the_same_command_runs_only_what_has_no_lasting_result(swept, command, plugins, folder):
     """Crashes are tried again, since they may have been the machine's doing; numerical failures stay as they are."""
     before = {fault: file.stat().st_mtime_ns for fault, (file, _) in by_fault(swept[0]).items()}
     again = command(
-        *SWEEP, f"output_dir={swept[0]}/results", "problem.fault=none,not_finite,raise,hang,memory,not_applicable"
+        *SWEEP,
+        f"output_dir={swept[0]}/results",
+        "problem.fault=none,not_finite,raise,hang,memory,not_applicable",
     )
-    changed = {fault for fault, (file, _) in by_fault(swept[0]).items() if file.stat().st_mtime_ns != before[fault]}
+    changed = {
+        fault
+        for fault, (file, _) in by_fault(swept[0]).items()
+        if file.stat().st_mtime_ns != before[fault]
+    }
     assert changed == {"raise"}
     assert again.code == 1
     assert "1 to run, 4 finished before, 1 not applicable" in again.out
@@ -121,11 +144,19 @@ def test_a_raised_limit_or_rerun_failed_tries_again(command, plugins, folder):
     assert (healed.code, "1 to run" in healed.out) == (0, True)
     assert command("-m", "problem=failing_bar", "problem.fault=not_finite").code == 1
     assert "0 to run" in command("-m", "problem=failing_bar", "problem.fault=not_finite").out
-    assert "1 to run" in command("-m", "problem=failing_bar", "problem.fault=not_finite", "rerun=failed").out
+    assert (
+        "1 to run"
+        in command("-m", "problem=failing_bar", "problem.fault=not_finite", "rerun=failed").out
+    )
 
 
 def test_a_run_killed_once_heals_with_the_same_command(command, plugins, folder, tmp_path):
-    arguments = ("-m", "problem=failing_bar", "problem.fault=once", f"problem.flag_file={tmp_path / 'flag'}")
+    arguments = (
+        "-m",
+        "problem=failing_bar",
+        "problem.fault=once",
+        f"problem.flag_file={tmp_path / 'flag'}",
+    )
     assert command(*arguments).code == 1
     assert command(*arguments).code == 0
 
@@ -147,7 +178,13 @@ def test_an_unstable_time_step_leaves_a_file_with_step_and_time(command, folder)
 
 
 def test_on_error_stop_leaves_the_rest_undone(command, plugins, folder):
-    outcome = command("-m", "problem=failing_bar", "problem.fault=not_finite,none", "on_error=stop", "campaign=faults")
+    outcome = command(
+        "-m",
+        "problem=failing_bar",
+        "problem.fault=not_finite,none",
+        "on_error=stop",
+        "campaign=faults",
+    )
     assert outcome.code == 1
     assert set(by_fault(folder)) == {"not_finite"}
 
@@ -161,12 +198,22 @@ def test_on_error_stop_leaves_the_rest_undone(command, plugins, folder):
         pytest.param("submitit_local", signal.SIGTERM, marks=pytest.mark.slow),
     ],
 )
-def test_an_interrupted_sweep_is_completed_by_the_same_command(folder, plugins, command, launcher, sent):
+def test_an_interrupted_sweep_is_completed_by_the_same_command(
+    folder, plugins, command, launcher, sent
+):
     """Under joblib every process gets the signal, as by Ctrl-C on a terminal; under submitit only the command."""
     needs(launcher)
-    end_time = 0.002 if launcher == "basic" else 0.004  # the slow run must still be under way when the other has ended
+    end_time = (
+        0.002 if launcher == "basic" else 0.004
+    )  # the slow run must still be under way when the other has ended
     flag = folder.with_name(f"{folder.name}-started")
-    arguments = ("-m", "problem=failing_bar", "problem.fault=none,slow", f"end_time={end_time}", "campaign=faults")
+    arguments = (
+        "-m",
+        "problem=failing_bar",
+        "problem.fault=none,slow",
+        f"end_time={end_time}",
+        "campaign=faults",
+    )
     arguments += (f"problem.flag_file={flag}",)
     process = start(*arguments, f"hydra/launcher={launcher}")
     lines = iter(process.stdout.readline, "")
@@ -180,7 +227,10 @@ def test_an_interrupted_sweep_is_completed_by_the_same_command(folder, plugins, 
     _, errors = process.communicate(timeout=20)
     assert process.returncode == 1
     # other lines may say that it had to wait for another exclusive run on this machine
-    assert errors.strip().splitlines()[-1] == "mpmbench: interrupted; the same command completes what is missing"
+    assert (
+        errors.strip().splitlines()[-1]
+        == "mpmbench: interrupted; the same command completes what is missing"
+    )
     found = by_fault(folder)
     assert {fault: attributes["status"] for fault, (_, attributes) in found.items()} == {
         "none": "ok",
@@ -201,27 +251,42 @@ def pids_of(session: str) -> list[int]:
 def computes(pid: int) -> bool:
     """Whether this is the child of a server."""
     process = psutil.Process(pid)
-    return "mpmbench.runs.server" in process.cmdline() and "mpmbench.runs.server" in process.parent().cmdline()
+    return (
+        "mpmbench.runs.server" in process.cmdline()
+        and "mpmbench.runs.server" in process.parent().cmdline()
+    )
 
 
 @pytest.mark.parametrize(
-    ("launcher", "processes"), [("basic", 3), ("joblib", 6), pytest.param("submitit_local", 7, marks=pytest.mark.slow)]
+    ("launcher", "processes"),
+    [("basic", 3), ("joblib", 6), pytest.param("submitit_local", 7, marks=pytest.mark.slow)],
 )
-def test_no_process_is_left_when_the_parent_is_killed(folder, plugins, monkeypatch, launcher, processes):
+def test_no_process_is_left_when_the_parent_is_killed(
+    folder, plugins, monkeypatch, launcher, processes
+):
     """Neither the server nor the child that hangs, nor a launcher's workers and controllers."""
     needs(launcher)
     monkeypatch.setenv("MPMBENCH_TEST", str(folder))
     flag = folder / "hangs"
-    arguments = ("-m", "problem=failing_bar", "problem.fault=hang,slow", f"problem.flag_file={flag}")
+    arguments = (
+        "-m",
+        "problem=failing_bar",
+        "problem.fault=hang,slow",
+        f"problem.flag_file={flag}",
+    )
     process = start(*arguments, f"hydra/launcher={launcher}")
     assert waited(flag.exists, 60)
     assert len(pids_of(str(folder))) >= processes
     process.kill()
     process.wait()
-    assert waited(lambda: not pids_of(str(folder)), 5), [psutil.Process(pid) for pid in pids_of(str(folder))]
+    assert waited(lambda: not pids_of(str(folder)), 5), [
+        psutil.Process(pid) for pid in pids_of(str(folder))
+    ]
 
 
-def test_what_a_killed_command_has_started_is_ended_before_it_has_done_anything(folder, monkeypatch):
+def test_what_a_killed_command_has_started_is_ended_before_it_has_done_anything(
+    folder, monkeypatch
+):
     monkeypatch.setenv("MPMBENCH_TEST", str(folder))
     code = (
         "import os, subprocess, sys; from mpmbench.runs.guard import guarded\n"
@@ -246,13 +311,18 @@ def test_workers_of_joblib_that_are_killed_cost_one_run_at_most(folder, plugins,
     process = start(*arguments)
     for _ in range(2):
         # a run that happens to be under way at both deaths would count as their cause too
-        assert waited(lambda: flag.exists() and flag.read_text() and len(list(folder.rglob("*.nc"))) == 2, 60)
+        assert waited(
+            lambda: flag.exists() and flag.read_text() and len(list(folder.rglob("*.nc"))) == 2, 60
+        )
         child = psutil.Process(int(flag.read_text()))
         flag.unlink()
         child.parent().parent().kill()  # the worker, whose server started the child
     out, errors = process.communicate(timeout=60)
     assert process.returncode == 1, errors
-    found = {fault: (attributes["status"], attributes["reason"]) for fault, (_, attributes) in by_fault(folder).items()}
+    found = {
+        fault: (attributes["status"], attributes["reason"])
+        for fault, (_, attributes) in by_fault(folder).items()
+    }
     assert found["hang"] == ("crashed", "the launcher's process that ran it was killed, twice")
     assert found["none"][0] == "ok"
     assert found["not_finite"][0] == "diverged"
@@ -272,7 +342,10 @@ def test_a_launcher_that_does_not_work_is_one_sentence(command, folder):
     pytest.importorskip("submitit")
     outcome = command("-m", "resolution=4,5", "hydra/launcher=submitit_slurm")
     assert outcome.code == 1
-    assert outcome.err.startswith("mpmbench: hydra/launcher=submitit_slurm failed: ") and outcome.err.count("\n") == 1
+    assert (
+        outcome.err.startswith("mpmbench: hydra/launcher=submitit_slurm failed: ")
+        and outcome.err.count("\n") == 1
+    )
     assert not list(folder.rglob("*.nc"))
 
 

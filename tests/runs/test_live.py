@@ -54,7 +54,9 @@ def test_a_full_disk_still_takes_the_records_of_what_has_ended(monkeypatch):
         assert list(ledger.records()) == ["one"]
 
 
-@pytest.mark.parametrize(("seconds", "text"), [(-1, "0 s"), (42.4, "42 s"), (240, "4 min"), (7500, "2 h 5 min")])
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(-1, "0 s"), (42.4, "42 s"), (240, "4 min"), (7500, "2 h 5 min")]
+)
 def test_durations(seconds, text):
     assert live.duration(seconds) == text
 
@@ -97,7 +99,9 @@ def test_without_a_terminal_there_are_plain_lines(command, plugins):
     assert [line.split()[1] for line in out.splitlines() if line.startswith("[")] == ["ok", "ok"]
 
 
-def test_another_command_leaves_one_alone_that_was_interrupted_and_writes_its_last_records(tmp_path):
+def test_another_command_leaves_one_alone_that_was_interrupted_and_writes_its_last_records(
+    tmp_path,
+):
     with opened(tmp_path) as ledger:
         ledger.say("abandon")
         assert ledger.owner_is_gone() and not ledger.is_leftover()

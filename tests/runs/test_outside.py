@@ -10,7 +10,12 @@ import pytest
 import xarray as xr
 
 OUTSIDE = Path(__file__).parents[1] / "plugins" / "outside"
-CHOICES = {"basis": "stored_hat", "method": "damped", "material": "simo_pister", "problem": "free_bar"}
+CHOICES = {
+    "basis": "stored_hat",
+    "method": "damped",
+    "material": "simo_pister",
+    "problem": "free_bar",
+}
 
 
 def result_in(folder: Path) -> xr.Dataset:
@@ -25,7 +30,9 @@ def outside(monkeypatch) -> None:
 
 
 def test_all_four_from_a_folder(command, folder, outside) -> None:
-    assert command(*[f"{group}={name}" for group, name in CHOICES.items()], "end_time=1e-4").code == 0
+    assert (
+        command(*[f"{group}={name}" for group, name in CHOICES.items()], "end_time=1e-4").code == 0
+    )
     result = result_in(folder)
     assert {group: result.attrs[group] for group in CHOICES} == CHOICES
 
@@ -59,7 +66,10 @@ def test_from_an_installed_package(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "mpmbench", *arguments],
         cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[2]), str(tmp_path)])},
+        env={
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[2]), str(tmp_path)]),
+        },
         capture_output=True,
         text=True,
         check=False,

@@ -15,7 +15,9 @@ from mpmbench.runs.schema import BadInput, all_keys, shipped_folder
 NUMBERS = st.one_of(
     st.integers(-3, 70).map(str),
     st.floats(allow_nan=True, allow_infinity=True).map(repr),
-    st.sampled_from(["1e-5", "0.5", "1e9", "-0", "0x10", "1_000", "1.", ".5", "1e-400", "auto", "null", "true"]),
+    st.sampled_from(
+        ["1e-5", "0.5", "1e9", "-0", "0x10", "1_000", "1.", ".5", "1e-400", "auto", "null", "true"]
+    ),
 )
 CHOICES = st.sampled_from(  # few, so that Hydra composes each of them once
     [
@@ -77,7 +79,10 @@ ODD = st.sampled_from(
         ],
     ]
 )
-KEYS = st.one_of(st.sampled_from(all_keys()), st.sampled_from(["methd", "basis.dmax", "method.name", "hydra.job", "x"]))
+KEYS = st.one_of(
+    st.sampled_from(all_keys()),
+    st.sampled_from(["methd", "basis.dmax", "method.name", "hydra.job", "x"]),
+)
 WRONG = st.one_of(
     st.tuples(KEYS, st.one_of(NUMBERS, ODD, WORDS)).map("=".join),
     st.tuples(st.sampled_from(["+", "++", "~", ""]), KEYS, NUMBERS).map(

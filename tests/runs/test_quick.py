@@ -41,11 +41,15 @@ def test_the_same_as_hydra(line):
     assert ours == theirs
 
 
-@pytest.mark.parametrize("line", ["basis.degree=2", "limits={time:5}", "output_dir=${campaign}", "resolution=1,2"])
+@pytest.mark.parametrize(
+    "line", ["basis.degree=2", "limits={time:5}", "output_dir=${campaign}", "resolution=1,2"]
+)
 def test_what_is_not_simple_is_left_to_hydra(line):
     def action():
         with initialize_config_dir(str(shipped_folder("conf")), version_base="1.3"):
-            return Composer(lambda pairs: compose("config", pairs, return_hydra_config=True)).cell([line])
+            return Composer(lambda pairs: compose("config", pairs, return_hydra_config=True)).cell(
+                [line]
+            )
 
     assert with_hydra(action, [line]) is None
 
@@ -58,7 +62,9 @@ def test_hydra_composes_once_for_each_choice(monkeypatch):
         return compose(*arguments, **options)
 
     monkeypatch.setattr("hydra.compose", counted)
-    done = compose_many([[f"method={method}", f"resolution={n}"] for n in range(1, 20) for method in ("mpm", "otm")])
+    done = compose_many(
+        [[f"method={method}", f"resolution={n}"] for n in range(1, 20) for method in ("mpm", "otm")]
+    )
     assert [config["resolution"] for config, _ in done[::2]] == list(range(1, 20))
     assert len(calls) == 2
 

@@ -58,7 +58,11 @@ def test_runs_what_is_missing_and_then_nothing(command, folder, study, monkeypat
     first = command("reproduce", "mini")
     assert first.code == 0, first.err
     files = sorted((folder / "results/mini/one").glob("*.nc"))
-    assert len(files) == 4 and "diverged" in first.out and "report: results/mini/one/report" in first.out
+    assert (
+        len(files) == 4
+        and "diverged" in first.out
+        and "report: results/mini/one/report" in first.out
+    )
     before = [file.stat().st_mtime_ns for file in files]
     start = time.perf_counter()
     second = command("reproduce", "mini")
@@ -95,7 +99,11 @@ def test_bisection_ends_with_a_small_interval(command, folder, study):
     cube = mpmbench.open_campaign(folder / "results/mini/one")
     survived = [float(c) for c in cube.cfl if str(cube.status.sel(cfl=c).item()) == "ok"]
     failed = [float(c) for c in cube.cfl if float(c) not in survived]
-    assert 0.5 < min(failed) < 2.0 and max(survived) < min(failed) and min(failed) - max(survived) <= 0.5 * min(failed)
+    assert (
+        0.5 < min(failed) < 2.0
+        and max(survived) < min(failed)
+        and min(failed) - max(survived) <= 0.5 * min(failed)
+    )
 
 
 SLOW = """\
@@ -136,7 +144,9 @@ def test_an_accident_is_no_result(command, folder, study):
     place.mkdir(parents=True)
     (place / "broken.nc").write_text("no netCDF")
     (one,) = reproduce.choose("mini", folder / "results")
-    assert list(reproduce.without_result(one, {"broken.nc"})) == ["mini/one: broken.nc: unreadable: "]
+    assert list(reproduce.without_result(one, {"broken.nc"})) == [
+        "mini/one: broken.nc: unreadable: "
+    ]
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,10 @@ def test_a_run_again_is_bitwise_equal_and_leaves_nothing(command, folder):
     file.rename(moved)
     outcome = command("rerun", "elsewhere.nc")
     assert outcome.code == 0
-    assert outcome.out == "elsewhere: bitwise equal\n  code, versions, machine and threads are the same\n"
+    assert (
+        outcome.out
+        == "elsewhere: bitwise equal\n  code, versions, machine and threads are the same\n"
+    )
     assert [path for path in folder.rglob("*") if path.is_file()] == [moved]
 
 
@@ -59,7 +62,8 @@ def test_an_unknown_plugin_and_files_that_are_no_results(command, folder, plugin
     outcome = command("rerun", str(file))
     assert outcome.code == 2
     assert (
-        "there is no problem failing_bar here; if it is a plug-in, name its folder in MPMBENCH_PLUGINS" in outcome.err
+        "there is no problem failing_bar here; if it is a plug-in, name its folder in MPMBENCH_PLUGINS"
+        in outcome.err
     )
     (folder / "broken.nc").write_bytes(file.read_bytes()[:3000])
     assert "not a readable result" in command("rerun", "broken.nc").err

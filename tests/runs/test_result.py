@@ -14,7 +14,9 @@ import xarray as xr
 from mpmbench.runs import result
 from mpmbench.runs.schema import BadInput
 
-DATASET = xr.Dataset({"value": ((), 1.0, {"units": "m"})}, attrs={"status": "ok", "config_hash": "abc"})
+DATASET = xr.Dataset(
+    {"value": ((), 1.0, {"units": "m"})}, attrs={"status": "ok", "config_hash": "abc"}
+)
 
 
 def test_a_write_that_fails_keeps_the_older_result_and_leaves_nothing(tmp_path, monkeypatch):
@@ -90,10 +92,14 @@ def test_a_full_disk_is_named_and_ends_with_exit_code_1(command, folder, monkeyp
     )
     command("warmup", "method=mpm", "basis=linear")
     began = time.monotonic()
-    outcome = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=folder)
+    outcome = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=folder
+    )
     assert outcome.returncode == 1, outcome.stderr
     assert ": not written" in outcome.stdout
-    assert re.search(r"result +the result could not be written to \S+: File too large\n", outcome.stdout)
+    assert re.search(
+        r"result +the result could not be written to \S+: File too large\n", outcome.stdout
+    )
     assert [path for path in folder.rglob("*") if path.is_file()] == []
     assert time.monotonic() - began < 60
 

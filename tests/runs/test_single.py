@@ -22,7 +22,11 @@ ATTRIBUTES = {
 def test_a_run_prints_its_errors_and_leaves_one_file(command, folder):
     outcome = command("method=otm", "basis=maxent", "resolution=8")
     assert outcome.code == 0 and outcome.err == ""
-    assert "displacement error" in outcome.out and "energy drift" in outcome.out and "compiling" in outcome.out
+    assert (
+        "displacement error" in outcome.out
+        and "energy drift" in outcome.out
+        and "compiling" in outcome.out
+    )
     files = [path for path in folder.rglob("*") if path.is_file()]
     assert len(files) == 1
     assert str(files[0].relative_to(folder)) in outcome.out
@@ -50,7 +54,9 @@ def test_a_second_run_replaces_the_file_with_the_same_numbers(command, folder):
     second = xr.load_dataset(same)
     assert file == same
     timing = ["solver_time", "compile_time", "wall_time", "peak_memory"]
-    xr.testing.assert_identical(first.drop_attrs().drop_vars(timing), second.drop_attrs().drop_vars(timing))
+    xr.testing.assert_identical(
+        first.drop_attrs().drop_vars(timing), second.drop_attrs().drop_vars(timing)
+    )
 
 
 def test_the_method_brings_its_basis_and_the_command_line_beats_it(command):
@@ -70,7 +76,9 @@ def test_a_problem_sets_defaults_for_a_method_unless_they_were_given(command, pl
     assert "young_modulus: 5.0" in shown("material.young_modulus=5")
 
 
-def test_report_true_writes_a_report_and_a_failing_report_loses_nothing(command, folder, monkeypatch):
+def test_report_true_writes_a_report_and_a_failing_report_loses_nothing(
+    command, folder, monkeypatch
+):
     import mpmbench.report
 
     def broken(path):
@@ -84,10 +92,15 @@ def test_report_true_writes_a_report_and_a_failing_report_loses_nothing(command,
     monkeypatch.setattr(mpmbench.report, "build", quick)
     assert "report: results/default/report/index.html" in command("resolution=4", "report=true").out
     monkeypatch.setattr(mpmbench.report, "build", broken)
-    assert command("-m", "resolution=4", "report=true").code == 0  # nothing ran, and the report is there
+    assert (
+        command("-m", "resolution=4", "report=true").code == 0
+    )  # nothing ran, and the report is there
     outcome = command("-m", "resolution=4", "report=true", "rerun=all")
     assert outcome.code == 1
-    assert "the report failed (RuntimeError: no ink); the results are in results/default" in outcome.err
+    assert (
+        "the report failed (RuntimeError: no ink); the results are in results/default"
+        in outcome.err
+    )
     assert result.read_attributes(next(folder.rglob("*.nc")))["status"] == "ok"
 
 
@@ -112,7 +125,9 @@ def test_the_parent_of_a_run_stays_light(folder):
 def test_cfg_job_prints_what_a_run_records(command, folder):
     from omegaconf import OmegaConf
 
-    shown = OmegaConf.to_container(OmegaConf.create(command("--cfg", "job", "basis=bspline", "resolution=5").out))
+    shown = OmegaConf.to_container(
+        OmegaConf.create(command("--cfg", "job", "basis=bspline", "resolution=5").out)
+    )
     assert not (folder / "results").exists()
     command("basis=bspline", "resolution=5")
     assert json.loads(result.read_attributes(next(folder.rglob("*.nc")))["config"]) == shown
@@ -120,16 +135,32 @@ def test_cfg_job_prints_what_a_run_records(command, folder):
 
 def test_list_names_what_there_is(command, monkeypatch):
     out = command("list").out
-    for name in ("mpm", "otm", "unified", "linear", "bspline", "maxent", "neo_hookean", "bar_fixed_ends", "quickstart"):
+    for name in (
+        "mpm",
+        "otm",
+        "unified",
+        "linear",
+        "bspline",
+        "maxent",
+        "neo_hookean",
+        "bar_fixed_ends",
+        "quickstart",
+    ):
         assert f"\n  {name} " in out
     few = {"method": ("mpm", "sph"), "basis": ("kernel", "maxent")}
 
     def some(group):
-        return {name: file for name, file in options(group).items() if name in few.get(group, [name])}
+        return {
+            name: file for name, file in options(group).items() if name in few.get(group, [name])
+        }
 
     monkeypatch.setattr(listing, "options", some)
     table = command("list", "bar_fixed_ends")
     assert table.code == 0
     head, mpm, sph, *reasons = table.out.splitlines()
-    assert (head.split(), mpm.split(), sph.split()) == ([*few["basis"]], ["mpm", "-", "yes"], ["sph", "yes", "-"])
+    assert (head.split(), mpm.split(), sph.split()) == (
+        [*few["basis"]],
+        ["mpm", "-", "yes"],
+        ["sph", "yes", "-"],
+    )
     assert [line.split(":")[0].strip() for line in reasons] == ["mpm, kernel", "sph, maxent"]

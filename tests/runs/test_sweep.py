@@ -73,7 +73,9 @@ def test_status_names_the_file_that_changed(command, folder, plugins, monkeypatc
     sweep = ("-m", "problem=failing_bar", "end_time=1e-4")
     assert command(*sweep).code == 0
     monkeypatch.setenv("MPMBENCH_PLUGINS", str(folder / "mine"))
-    source.write_text(source.read_text().replace('"""Body force that', '"""A body force that') + "\n# a remark\n")
+    source.write_text(
+        source.read_text().replace('"""Body force that', '"""A body force that') + "\n# a remark\n"
+    )
     assert "fresh " in command("status").out
     assert "fresh " in command("status", *sweep).out
     source.write_text(source.read_text().replace("t < 2e-4", "t < 3e-4"))
@@ -110,7 +112,10 @@ def test_the_cube_has_the_dimensions_that_vary(command, folder):
     assert cube.error_displacement_rms.attrs["units"] == "m"
     assert cube.sel(method="otm").steps.sel(resolution=[4]).shape == (1, 2)
     assert cube.error_displacement_rms.sel(method=["otm"]).plot() is not None
-    assert (cube.error_displacement_rms.sel(resolution=8) < cube.error_displacement_rms.sel(resolution=4)).all()
+    assert (
+        cube.error_displacement_rms.sel(resolution=8)
+        < cube.error_displacement_rms.sel(resolution=4)
+    ).all()
 
 
 def test_a_cube_marks_cells_without_a_run(command, folder):
@@ -140,8 +145,15 @@ def test_the_code_hash_follows_what_a_run_uses():
         "problem": {"name": "bar_fixed_ends"},
     }
     files = identity.code_digests(config)
-    assert {"runs/case.py", "core/transfer.py", "core/bases/bspline.py", "core/materials/neo_hookean.py"} <= set(files)
-    assert {"core/bases/maxent.py", "cli.py", "runs/worker.py", "report/page.py"} & set(files) == set()
+    assert {
+        "runs/case.py",
+        "core/transfer.py",
+        "core/bases/bspline.py",
+        "core/materials/neo_hookean.py",
+    } <= set(files)
+    assert {"core/bases/maxent.py", "cli.py", "runs/worker.py", "report/page.py"} & set(
+        files
+    ) == set()
     assert all((PACKAGE / name).exists() for name in files)
 
 
@@ -153,7 +165,9 @@ def test_comments_and_docstrings_mean_nothing_and_code_does(tmp_path):
         return identity._meaning.__wrapped__(file, 0)[0]
 
     plain = digest("import os\ndef f(x):\n    return x + 1\n")
-    assert plain == digest('"""Text."""\nimport os\n\n# why\ndef f(x):\n    """Doc."""\n    return x + 1  # what\n')
+    assert plain == digest(
+        '"""Text."""\nimport os\n\n# why\ndef f(x):\n    """Doc."""\n    return x + 1  # what\n'
+    )
     assert plain != digest("import os\ndef f(x):\n    return x + 2\n")
     assert plain != digest('import os\ndef f(x):\n    "not first"; y = "text"\n    return x + 1\n')
 
@@ -161,9 +175,24 @@ def test_comments_and_docstrings_mean_nothing_and_code_does(tmp_path):
 def test_the_configuration_hash_knows_what_matters():
     from mpmbench.runs.compose import compose_many
 
-    same = ("resolution=31.0", "end_time=1e-3", "limits.time=5", "output_dir=elsewhere", "campaign=other", "rerun=all")
-    other = ("resolution=30", "end_time=2e-3", "method.mass=consistent", "threads=2", "material.density=2")
+    same = (
+        "resolution=31.0",
+        "end_time=1e-3",
+        "limits.time=5",
+        "output_dir=elsewhere",
+        "campaign=other",
+        "rerun=all",
+    )
+    other = (
+        "resolution=30",
+        "end_time=2e-3",
+        "method.mass=consistent",
+        "threads=2",
+        "material.density=2",
+    )
     composed = compose_many([[], *([pair] for pair in (*same, *other))])
     plain, *hashes = (identity.config_hash(config) for config, _ in composed)
-    assert {pair for pair, found in zip((*same, *other), hashes, strict=True) if found == plain} == set(same)
+    assert {
+        pair for pair, found in zip((*same, *other), hashes, strict=True) if found == plain
+    } == set(same)
     assert len(set(hashes)) == 1 + len(other)

@@ -19,7 +19,9 @@ def held(*turns_taken):
             time.sleep(seconds)
             found[number, "out"] = time.monotonic()
 
-    threads = [threading.Thread(target=hold, args=(k, *taken)) for k, taken in enumerate(turns_taken)]
+    threads = [
+        threading.Thread(target=hold, args=(k, *taken)) for k, taken in enumerate(turns_taken)
+    ]
     for thread in threads:
         thread.start()
         time.sleep(0.1)

@@ -13,12 +13,27 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.mark.slow
 def test_a_wheel_in_an_empty_folder_runs_an_experiment(tmp_path):
-    command = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", str(tmp_path), str(ROOT)]
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        "--no-deps",
+        "--wheel-dir",
+        str(tmp_path),
+        str(ROOT),
+    ]
     subprocess.run(command, check=True, capture_output=True)
     (wheel,) = tmp_path.glob("*.whl")
     zipfile.ZipFile(wheel).extractall(tmp_path / "site")
     (tmp_path / "empty").mkdir()
-    arguments = ["experiments=quickstart", "resolution=4", "method=mpm", "basis=linear", "report=false"]
+    arguments = [
+        "experiments=quickstart",
+        "resolution=4",
+        "method=mpm",
+        "basis=linear",
+        "report=false",
+    ]
     outcome = subprocess.run(
         [sys.executable, "-P", "-m", "mpmbench", *arguments],
         cwd=tmp_path / "empty",

@@ -22,7 +22,9 @@ def compound_volumes(s: State, dt: float) -> None:
 def late_constraints(s: State, dt: float) -> None:
     """One step in which constrained components are set to zero after the solve with the complete mass matrix."""
     if not isinstance(s.mass, LateConstraints):
-        s.mass = LateConstraints(make_mass(s.choices, np.zeros_like(s.fixed), s.basis, s.particles), s.fixed)
+        s.mass = LateConstraints(
+            make_mass(s.choices, np.zeros_like(s.fixed), s.basis, s.particles), s.fixed
+        )
     explicit.step(s, dt)
 
 

@@ -23,8 +23,8 @@ class MaxEntPrinted(MaxEnt):
     Parameters
     ----------
     gradient : {"printed", "sign_corrected", "corrected"}
-        Eqs. 84 and 86 as printed; with the overall sign corrected; with the sign of A corrected too, which is the exact
-        gradient and serves as a check.
+        Eqs. 84 and 86 as printed; with the overall sign corrected; with the sign of A corrected
+        too, which is the exact gradient and serves as a check.
     """
 
     gradient: str = "printed"
@@ -36,7 +36,9 @@ class MaxEntPrinted(MaxEnt):
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> "PrintedGradient":
         """The same functions, searched and solved in the same way, with other gradients."""
-        return PrintedGradient(super().build(geometry, particles, moving), self.gradient, self.d_max)
+        return PrintedGradient(
+            super().build(geometry, particles, moving), self.gradient, self.d_max
+        )
 
 
 class PrintedGradient:

@@ -1,7 +1,7 @@
 """What every plug-in owes, as checks that say what they found: the tests ask them of our own, ``check`` of others'.
 
-A check is a function of a case that returns a `Finding`. A declaration is tested in both directions: what a plug-in
-does not claim must not hold either, or it claims too little.
+A check is a function of a case that returns a `Finding`. A declaration is tested in both
+directions: what a plug-in does not claim must not hold either, or it claims too little.
 """
 
 from collections.abc import Callable

@@ -60,7 +60,8 @@ class BasisCase:
         """The basis with room for that many particles."""
         basis = self.plugin.build(self.box, particles, self.moved)
         if self.moved:
-            # zero on the faces, different along each axis, and (for knots that are lines) a function of its own axis
+            # zero on the faces, different along each axis, and (for knots that are lines) a
+            # function of its own axis
             wave = np.sin(2.0 * np.pi * basis.nodes / self.upper)
             basis.move(0.012 * wave * np.arange(1, self.dimension + 1))
         return basis
@@ -77,7 +78,11 @@ class BasisCase:
 def cases(name: str, settings: dict[str, Any] | None = None, **promised: Any) -> list[BasisCase]:
     """All cases of a basis: its dimensions, with nodes at rest and moved."""
     dimensions = registry.get("basis", name).promises.dimensions
-    return [BasisCase(name, d, moved, settings or {}, promised) for d in dimensions for moved in (False, True)]
+    return [
+        BasisCase(name, d, moved, settings or {}, promised)
+        for d in dimensions
+        for moved in (False, True)
+    ]
 
 
 def partition_of_unity(case: BasisCase) -> Finding:
@@ -106,7 +111,9 @@ def linear_completeness(case: BasisCase) -> Finding:
     return Finding.all(
         [
             Finding.as_declared(error < 1e-11, claim, "linear completeness", measured),
-            Finding.as_declared(gradient < 1e-7, claim, "linear completeness of the gradients", measured),
+            Finding.as_declared(
+                gradient < 1e-7, claim, "linear completeness of the gradients", measured
+            ),
         ]
     )
 
@@ -115,7 +122,9 @@ def sign(case: BasisCase) -> Finding:
     """No function is negative."""
     basis = case.build()
     lowest = float(basis.evaluate(case.points(n=400)).matrix(len(basis.nodes)).min())
-    return Finding.as_declared(lowest >= -1e-14, case.promises.non_negative, "non-negativity", f"lowest {lowest:.2g}")
+    return Finding.as_declared(
+        lowest >= -1e-14, case.promises.non_negative, "non-negativity", f"lowest {lowest:.2g}"
+    )
 
 
 def gradient_is_the_derivative(case: BasisCase) -> Finding:
@@ -128,7 +137,9 @@ def gradient_is_the_derivative(case: BasisCase) -> Finding:
         shift = step * np.eye(case.dimension)[d]
         ahead, behind = basis.evaluate(x + shift).matrix(n), basis.evaluate(x - shift).matrix(n)
         difference = (ahead - behind) / (2.0 * step)
-        errors.append(np.abs(gradient[:, :, d] - difference).max() / max(1.0, np.abs(difference).max()))
+        errors.append(
+            np.abs(gradient[:, :, d] - difference).max() / max(1.0, np.abs(difference).max())
+        )
     return Finding.below(float(np.max(errors)), 2e-5, "relative error of the gradient")
 
 
@@ -159,9 +170,14 @@ def kronecker(case: BasisCase) -> Finding:
     promise = case.promises.kronecker
     return Finding.all(
         [
-            Finding.as_declared(error < 1e-9, promise == "everywhere", "interpolation at the nodes", f"{error:.2g}"),
             Finding.as_declared(
-                seen < 1e-6, promise != "none", "that interior functions vanish on faces", f"{seen:.2g}"
+                error < 1e-9, promise == "everywhere", "interpolation at the nodes", f"{error:.2g}"
+            ),
+            Finding.as_declared(
+                seen < 1e-6,
+                promise != "none",
+                "that interior functions vanish on faces",
+                f"{seen:.2g}",
             ),
         ]
     )
@@ -175,7 +191,9 @@ def gradient_jumps(case: BasisCase) -> Finding:
     gradient = basis.evaluate(line).gradient_matrix(len(basis.nodes))
     jump = float(np.abs(np.diff(gradient, axis=0)).max() / np.abs(gradient).max())
     promise = case.promises.continuous_gradient
-    return Finding.as_declared(jump < 0.05, promise, "continuity of the gradient", f"relative jump {jump:.2g}")
+    return Finding.as_declared(
+        jump < 0.05, promise, "continuity of the gradient", f"relative jump {jump:.2g}"
+    )
 
 
 def outside_is_noticed(case: BasisCase) -> Finding:
@@ -191,7 +209,9 @@ def outside_is_noticed(case: BasisCase) -> Finding:
     found = basis.first_outside(lost)
     return Finding.all(
         [
-            Finding.as_declared(not noticed, case.promises.extrapolates, "evaluation outside the nodes", "at 1.5 x"),
+            Finding.as_declared(
+                not noticed, case.promises.extrapolates, "evaluation outside the nodes", "at 1.5 x"
+            ),
             Finding(found == 1, f"first_outside says {found} where particle 1 is not a number"),
         ]
     )
@@ -206,7 +226,9 @@ def nodes_follow(case: BasisCase) -> Finding:
     displacement = 0.03 + start * np.linspace(0.1, 0.2, case.dimension)
     basis.move(displacement)
     error = largest(basis.nodes - start - displacement)
-    return Finding(error < 1e-13, f"nodes follow a stretch along the axes with an error of {error:.2g} m")
+    return Finding(
+        error < 1e-13, f"nodes follow a stretch along the axes with an error of {error:.2g} m"
+    )
 
 
 CHECKS: dict[str, Check] = {

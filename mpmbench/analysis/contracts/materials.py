@@ -27,7 +27,10 @@ class MaterialCase:
         """Deformation gradients, shape (dim, dim) each: moderate ones, small and compressive if the law has a limit."""
         rng = np.random.default_rng(self.dimension)
         mean, spread = (1.0, 0.15) if self.material.conserves_energy else (0.999, 1e-4)
-        return [mean * np.eye(self.dimension) + spread * rng.standard_normal((self.dimension,) * 2) for _ in range(5)]
+        return [
+            mean * np.eye(self.dimension) + spread * rng.standard_normal((self.dimension,) * 2)
+            for _ in range(5)
+        ]
 
 
 def cases(name: str) -> list[MaterialCase]:
@@ -72,7 +75,9 @@ def stress_is_the_derivative_of_the_energy(case: MaterialCase) -> Finding:
                 P[i, j] = (energy(material, F + dF) - energy(material, F - dF)) / 2e-6
         expected = P @ F.T / np.linalg.det(F)
         errors.append(np.abs(stress(material, F) - expected).max() / np.abs(expected).max())
-    return Finding.below(float(np.max(errors)), 2e-6, "relative difference from the derivative of the energy")
+    return Finding.below(
+        float(np.max(errors)), 2e-6, "relative difference from the derivative of the energy"
+    )
 
 
 def objectivity(case: MaterialCase) -> Finding:
@@ -87,7 +92,9 @@ def objectivity(case: MaterialCase) -> Finding:
         skew.append(np.abs(sigma - sigma.T).max() / scale)
     holds = bool(np.max(rotated) < 1e-10 and np.max(skew) < 1e-10)
     measured = f"relative errors {np.max(rotated):.2g} and {np.max(skew):.2g}"
-    return Finding.as_declared(holds, material.symmetric, "an objective, symmetric stress", measured)
+    return Finding.as_declared(
+        holds, material.symmetric, "an objective, symmetric stress", measured
+    )
 
 
 def small_strains_are_linear_elastic(case: MaterialCase) -> Finding:
@@ -108,7 +115,9 @@ def lower_dimensions_are_plane_strain(case: MaterialCase) -> Finding:
     F[:dim, :dim] = case.deformations()[0] if dim < 3 else np.eye(3)
     expected, computed = stress(material, F)[:dim, :dim], stress(material, F[:dim, :dim].copy())
     scale = max(np.abs(expected).max(), 1e-300)
-    return Finding.below(float(np.abs(computed - expected).max() / scale), 1e-12, "relative difference from 3D")
+    return Finding.below(
+        float(np.abs(computed - expected).max() / scale), 1e-12, "relative difference from 3D"
+    )
 
 
 CHECKS: dict[str, Check] = {

@@ -37,13 +37,22 @@ class MethodCase:
     material: str = "neo_hookean"
 
     def block(
-        self, velocity: Velocity, loads: Loads | None = None, fixed: Any = None, cells: int = 3, tracers: Any = None
+        self,
+        velocity: Velocity,
+        loads: Loads | None = None,
+        fixed: Any = None,
+        cells: int = 3,
+        tracers: Any = None,
     ) -> State:
         """A block of `cells` a side, 3 particles per axis and cell, with two empty cells around it on a fixed grid."""
         dim, h, on_body = self.dimension, SPACING, self.choices.moving or self.choices.frozen
         block = Box((2 * h,) * dim, ((2 + cells) * h,) * dim, (cells,) * dim)
         domain = Box((0.0,) * dim, ((4 + cells) * h,) * dim, (4 + cells,) * dim)
-        constants = {"young_modulus": 1e4, "poisson_ratio": 0.3 if dim > 1 else 0.0, "density": 10.0}
+        constants = {
+            "young_modulus": 1e4,
+            "poisson_ratio": 0.3 if dim > 1 else 0.0,
+            "density": 10.0,
+        }
         law = registry.get("material", self.material)(**constants)
         X, V0 = seed_cells(block, 3**dim)
         p = Particles.at_rest(X, V0, law.density, tracers=tracers)
@@ -65,7 +74,9 @@ def steps(state: State, n: int = 20, dt: float = TIME_STEP) -> Finding:
 
 def ended_well(solution: Solution) -> Finding:
     """Whether a run has come to its end."""
-    return Finding(solution.status == "ok", f"the run ended with {solution.status}: {solution.reason}")
+    return Finding(
+        solution.status == "ok", f"the run ended with {solution.status}: {solution.reason}"
+    )
 
 
 def rigid_translation(case: MethodCase) -> Finding:
@@ -101,7 +112,11 @@ def free_fall(case: MethodCase) -> Finding:
         [
             ended,
             Finding.below(largest(p.v - n * dt * g), 1e-10, "error of the velocities [m/s]"),
-            Finding.below(largest(p.x - p.X - 0.5 * n * (n + 1) * dt**2 * g), 1e-12, "error of the positions [m]"),
+            Finding.below(
+                largest(p.x - p.X - 0.5 * n * (n + 1) * dt**2 * g),
+                1e-12,
+                "error of the positions [m]",
+            ),
             Finding.below(largest(momentum), 1e-10, "relative error of the momentum"),
             Finding.below(abs(work), 1e-9, "relative error of the external work"),
         ]
@@ -118,10 +133,14 @@ def mass_and_momentum(case: MethodCase) -> Finding:
     return Finding.all(
         [
             ended,
-            Finding.below(largest(p.m @ p.v - before) / mass, 1e-11, "change of momentum over mass [m/s]"),
+            Finding.below(
+                largest(p.m @ p.v - before) / mass, 1e-11, "change of momentum over mass [m/s]"
+            ),
             Finding.below(abs(p.m.sum() - mass), 1e-300, "change of mass [kg]"),
             Finding(bool(np.abs(p.sigma).max() > 1.0), "the block does not deform"),
-            Finding.below(largest(volume), 1e-12, "relative difference of the volume from det(F) V0"),
+            Finding.below(
+                largest(volume), 1e-12, "relative difference of the volume from det(F) V0"
+            ),
         ]
     )
 
@@ -141,7 +160,10 @@ def angular_momentum(case: MethodCase) -> Finding:
     declared = "angular_momentum" in case.choices.conserves and state.material.symmetric
     claim = "conservation of angular momentum"
     return Finding.all(
-        [ended_well(solution), Finding.as_declared(drift < 1e-11, declared, claim, f"drift {drift:.2g}")]
+        [
+            ended_well(solution),
+            Finding.as_declared(drift < 1e-11, declared, claim, f"drift {drift:.2g}"),
+        ]
     )
 
 
@@ -153,13 +175,27 @@ def uniform_stretch(case: MethodCase) -> Finding:
     ended = steps(state, n=1, dt=dt)
     p, expected = state.particles, np.eye(dim) + dt * gradient
     if choices.mass == "consistent" or choices.transfer == "nodal":
-        findings = [ended, Finding.below(largest(p.F - expected), 1e-10, "error of the deformation gradient")]
-        if choices.stress_update != "usf":  # there the new stress accelerates the particles within the step
-            findings.append(Finding.below(largest(p.x - p.X @ expected.T), 1e-10, "error of the positions [m]"))
+        findings = [
+            ended,
+            Finding.below(largest(p.F - expected), 1e-10, "error of the deformation gradient"),
+        ]
+        if (
+            choices.stress_update != "usf"
+        ):  # there the new stress accelerates the particles within the step
+            findings.append(
+                Finding.below(largest(p.x - p.X @ expected.T), 1e-10, "error of the positions [m]")
+            )
         return Finding.all(findings)
-    inner = np.all(np.abs(p.X - 4.5 * SPACING) < 0.5 * SPACING, axis=1)  # a lumped projection is exact inside only
+    inner = np.all(
+        np.abs(p.X - 4.5 * SPACING) < 0.5 * SPACING, axis=1
+    )  # a lumped projection is exact inside only
     return Finding.all(
-        [ended, Finding.below(largest(p.F[inner] - expected), 1e-12, "error of the deformation gradient")]
+        [
+            ended,
+            Finding.below(
+                largest(p.F[inner] - expected), 1e-12, "error of the deformation gradient"
+            ),
+        ]
     )
 
 
@@ -168,7 +204,12 @@ def rest(case: MethodCase) -> Finding:
     state = case.block(np.zeros_like)
     ended = steps(state)
     return Finding.all(
-        [ended, Finding.below(largest(state.particles.x - state.particles.X), 1e-300, "displacement [m]")]
+        [
+            ended,
+            Finding.below(
+                largest(state.particles.x - state.particles.X), 1e-300, "displacement [m]"
+            ),
+        ]
     )
 
 
@@ -194,7 +235,9 @@ def constraints_act_per_component(case: MethodCase) -> Finding:
         [
             ended,
             Finding.below(abs(along - 1.0), 1e-10, "change of the free component [m/s]"),
-            Finding.below(float(np.abs(p.v[lowest, 1]).max()), 0.9, "held component of 1 m/s after ten steps"),
+            Finding.below(
+                float(np.abs(p.v[lowest, 1]).max()), 0.9, "held component of 1 m/s after ten steps"
+            ),
         ]
     )
 
@@ -209,7 +252,13 @@ def tracers_do_nothing(case: MethodCase) -> Finding:
     p, q = without.particles, state.particles
     same = np.array_equal(q.x[:-2], p.x) and np.array_equal(q.sigma[:-2], p.sigma)
     moved = float(np.abs(q.x[-2:] - q.X[-2:]).min())
-    return Finding.all([ended, Finding(same, "massless points change the others"), Finding(moved > 1e-3, "they stay")])
+    return Finding.all(
+        [
+            ended,
+            Finding(same, "massless points change the others"),
+            Finding(moved > 1e-3, "they stay"),
+        ]
+    )
 
 
 CHECKS: dict[str, Check] = {
@@ -232,4 +281,8 @@ DIMENSIONS = {
 
 def checks(case: MethodCase) -> dict[str, Check]:
     """Those that are asked in the case's dimension."""
-    return {name: check for name, check in CHECKS.items() if case.dimension in DIMENSIONS.get(name, (1, 2, 3))}
+    return {
+        name: check
+        for name, check in CHECKS.items()
+        if case.dimension in DIMENSIONS.get(name, (1, 2, 3))
+    }

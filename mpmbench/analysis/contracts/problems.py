@@ -38,7 +38,9 @@ def particles_fill_the_body(case: ProblemCase) -> Finding:
     problem = case.problem
     X, V0 = problem.seed(case.resolution, case.particles_per_cell)
     X2, V2 = problem.seed(2 * case.resolution, case.particles_per_cell)
-    shapes = X.shape == (len(V0), problem.dimension) and bool((V0 > 0.0).all()) and len(X2) >= len(X)
+    shapes = (
+        X.shape == (len(V0), problem.dimension) and bool((V0 > 0.0).all()) and len(X2) >= len(X)
+    )
     change = abs(V2.sum() / V0.sum() - 1.0)
     return Finding.all(
         [
@@ -53,8 +55,14 @@ def fields_have_shapes(case: ProblemCase) -> Finding:
     problem = case.problem
     X, _ = problem.seed(case.resolution, case.particles_per_cell)
     v, fixed, tracers = problem.velocity(X, case.material), problem.fixed(X), problem.tracers()
-    right = v.shape == X.shape == fixed.shape and fixed.dtype == bool and tracers.shape[1:] == (problem.dimension,)
-    return Finding(right, f"velocity {v.shape}, fixed {fixed.shape} of {fixed.dtype}, tracers {tracers.shape}")
+    right = (
+        v.shape == X.shape == fixed.shape
+        and fixed.dtype == bool
+        and tracers.shape[1:] == (problem.dimension,)
+    )
+    return Finding(
+        right, f"velocity {v.shape}, fixed {fixed.shape} of {fixed.dtype}, tracers {tracers.shape}"
+    )
 
 
 def solution_starts_as_the_problem(case: ProblemCase) -> Finding:
@@ -66,10 +74,16 @@ def solution_starts_as_the_problem(case: ProblemCase) -> Finding:
     findings = [Finding(True, "no exact solution")]
     if "displacement" in exact:
         difference = exact["displacement"] - (np.zeros_like(X) if start is None else start(X))
-        findings.append(Finding.below(most(difference) / length, 1e-6, "relative difference of the displacements"))
+        findings.append(
+            Finding.below(
+                most(difference) / length, 1e-6, "relative difference of the displacements"
+            )
+        )
     if "velocity" in exact:
         difference = exact["velocity"] - problem.velocity(X, material)
-        findings.append(Finding.below(most(difference) / speed, 1e-6, "relative difference of the velocities"))
+        findings.append(
+            Finding.below(most(difference) / speed, 1e-6, "relative difference of the velocities")
+        )
     return Finding.all(findings)
 
 
@@ -83,17 +97,25 @@ def velocity_is_the_rate(case: ProblemCase) -> Finding:
         return Finding(True, "no exact velocity")
     rate = (fields[2]["displacement"] - fields[0]["displacement"]) / (2.0 * step)
     _, speed = scales(case, X)
-    return Finding.below(most(fields[1]["velocity"] - rate) / speed, 1e-4, "relative difference from the rate")
+    return Finding.below(
+        most(fields[1]["velocity"] - rate) / speed, 1e-4, "relative difference from the rate"
+    )
 
 
 def scales(case: ProblemCase, X: np.ndarray) -> tuple[float, float]:
     """Largest displacement [m] and velocity [m/s] of the problem, to measure differences by."""
     times = np.linspace(0.0, case.end_time, 5)
     fields = [case.problem.exact(X, float(t), case.material) for t in times]
-    length = max([1e-300, *(largest(some["displacement"]) for some in fields if "displacement" in some)])
+    length = max(
+        [1e-300, *(largest(some["displacement"]) for some in fields if "displacement" in some)]
+    )
     start = largest(case.problem.velocity(X, case.material))
     return length, max(
-        [start, length / case.end_time, *(largest(some["velocity"]) for some in fields if "velocity" in some)]
+        [
+            start,
+            length / case.end_time,
+            *(largest(some["velocity"]) for some in fields if "velocity" in some),
+        ]
     )
 
 
@@ -104,9 +126,15 @@ def nodes_hold_the_particles(case: ProblemCase) -> Finding:
     findings = []
     for nodes in ("fixed", "moving"):
         choices = Choices(nodes=nodes)
-        geometry, x = problem.nodes(case.resolution, choices), problem.place(X, case.resolution, choices)
+        geometry, x = (
+            problem.nodes(case.resolution, choices),
+            problem.place(X, case.resolution, choices),
+        )
         places = geometry.nodes() if callable(geometry.nodes) else geometry.nodes
-        inside = bool((places.min(axis=0) <= x.min(axis=0)).all() and (places.max(axis=0) >= x.max(axis=0)).all())
+        inside = bool(
+            (places.min(axis=0) <= x.min(axis=0)).all()
+            and (places.max(axis=0) >= x.max(axis=0)).all()
+        )
         findings.append(Finding(inside, f"particles lie outside the box around {nodes} nodes"))
     return Finding.all(findings)
 

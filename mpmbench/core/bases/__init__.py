@@ -1,8 +1,9 @@
 """Shape functions: one file per basis. What a basis owes to the rest of the program is written down here.
 
-A plug-in is a dataclass of its settings, registered with ``@register("basis", name)``, whose ``build`` returns an
-object that fulfils `Basis`. A basis on a cloud keeps `Stencils` (stored values); a basis on a grid brings a handle of
-its own with the four compiled functions of `handle.py`, so that nothing is stored per particle.
+A plug-in is a dataclass of its settings, registered with ``@register("basis", name)``, whose
+``build`` returns an object that fulfils `Basis`. A basis on a cloud keeps `Stencils` (stored
+values); a basis on a grid brings a handle of its own with the four compiled functions of
+`handle.py`, so that nothing is stored per particle.
 """
 
 from dataclasses import dataclass
@@ -28,7 +29,8 @@ class Promises:
         ``sum_i x_i phi_i(x) = x`` with `Basis.nodes` as ``x_i``.
     non_negative : bool
     kronecker : {"everywhere", "hull", "none"}
-        ``phi_i(x_j) = delta_ij`` at all nodes; or only that interior functions vanish on the hull; or neither.
+        ``phi_i(x_j) = delta_ij`` at all nodes; or only that interior functions vanish on the hull;
+        or neither.
     continuous_gradient : bool
         The gradient has no jumps inside the domain.
     gradient_on_hull : bool

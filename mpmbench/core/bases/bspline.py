@@ -18,8 +18,8 @@ class BSpline:
     Parameters
     ----------
     degree : int
-        Polynomial degree, 1 to 3. Degrees of freedom sit at the Greville abscissae, so the basis is linearly complete
-        at every degree, against what the paper says (sections 4 and 7).
+        Polynomial degree, 1 to 3. Degrees of freedom sit at the Greville abscissae, so the basis is
+        linearly complete at every degree, against what the paper says (sections 4 and 7).
     """
 
     degree: int = 2
@@ -31,5 +31,7 @@ class BSpline:
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> TensorSpline:
         if not isinstance(geometry, Box):
-            raise NotApplicable("bspline needs a grid: this problem has an unstructured set of nodes")
+            raise NotApplicable(
+                "bspline needs a grid: this problem has an unstructured set of nodes"
+            )
         return TensorSpline(geometry, self.degree, moving)

@@ -1,8 +1,8 @@
 """Functions of a point's nearest nodes: the search and the repair that `mls` and truncated `lme` share.
 
-The cloud of a point holds the nodes closer than a search radius, but at least a minimum number. A point whose functions
-cannot be found, or only from an ill-conditioned matrix or by extrapolation, takes in the next nearest node, and the
-next (Iaconeta 2017, section 5.3).
+The cloud of a point holds the nodes closer than a search radius, but at least a minimum number. A
+point whose functions cannot be found, or only from an ill-conditioned matrix or by extrapolation,
+takes in the next nearest node, and the next (Iaconeta 2017, section 5.3).
 """
 
 from collections.abc import Callable
@@ -20,10 +20,21 @@ LARGEST_CLOUD = 200  # a point that needs more nodes than this has no functions
 
 PATIENCE = 8  # nodes that are added for the sake of conditioning; points on the hull never become well-conditioned
 
-# fill(nodes, x, points, near, count, radius, strict, stored, failed) evaluates x[points] from the nodes
-# near[p, :count[p]], and marks those that fail or, if strict, are ill-conditioned
+# fill(nodes, x, points, near, count, radius, strict, stored, failed) evaluates x[points] from the
+# nodes near[p, :count[p]], and marks those that fail or, if strict, are ill-conditioned
 Fill = Callable[
-    [np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, bool, Stencils, np.ndarray], None
+    [
+        np.ndarray,
+        np.ndarray,
+        np.ndarray,
+        np.ndarray,
+        np.ndarray,
+        np.ndarray,
+        bool,
+        Stencils,
+        np.ndarray,
+    ],
+    None,
 ]
 
 
@@ -47,7 +58,8 @@ class CloudBasis:
     Attributes
     ----------
     repaired : int
-        Number of points whose cloud was enlarged at the last `locate` because their functions failed.
+        Number of points whose cloud was enlarged at the last `locate` because their functions
+        failed.
     """
 
     def __init__(
@@ -61,7 +73,11 @@ class CloudBasis:
     ) -> None:
         self.nodes = np.array(nodes, dtype=float)
         if len(self.nodes) < max(minimum_nodes, self.nodes.shape[1] + 1):
-            raise BadSetting("nodes", len(self.nodes), f"at least {max(minimum_nodes, self.nodes.shape[1] + 1)} nodes")
+            raise BadSetting(
+                "nodes",
+                len(self.nodes),
+                f"at least {max(minimum_nodes, self.nodes.shape[1] + 1)} nodes",
+            )
         self.promises, self.radius, self.minimum_nodes = promises, radius, minimum_nodes
         self._fill_points = fill
         self._tree = cKDTree(self.nodes)
@@ -92,19 +108,25 @@ class CloudBasis:
         """Move the nodes; neighbours are found again at the next `locate`."""
         self.nodes += displacement
         if not np.isfinite(self.nodes).all():
-            raise BrokeDown(f"node {int(np.argmin(np.isfinite(self.nodes).all(axis=1)))} has no finite position")
+            raise BrokeDown(
+                f"node {int(np.argmin(np.isfinite(self.nodes).all(axis=1)))} has no finite position"
+            )
         self._tree = cKDTree(self.nodes)
 
     def _fill(self, x: np.ndarray) -> tuple[Stencils, int]:
         if not np.isfinite(x).all():
-            raise BrokeDown(f"point {int(np.argmin(np.isfinite(x).all(axis=1)))} has no finite position")
+            raise BrokeDown(
+                f"point {int(np.argmin(np.isfinite(x).all(axis=1)))} has no finite position"
+            )
         distance, near = self._nearest(x)
         count = np.maximum(np.sum(distance < self.radius, axis=1), self.minimum_nodes)
         radius = self._radii(distance, count)
         stored = Stencils.empty(len(x), int(count.max(initial=1)) + SPARE, x.shape[1])
         failed = np.zeros(len(x), dtype=np.bool_)
         strict = int(count.max(initial=1)) < len(self.nodes)  # else there is nothing to take in
-        self._fill_points(self.nodes, x, np.arange(len(x)), near, count, radius, strict, stored, failed)
+        self._fill_points(
+            self.nodes, x, np.arange(len(x)), near, count, radius, strict, stored, failed
+        )
         repaired, rounds = int(failed.sum()), 0
         while (points := np.flatnonzero(failed)).size:
             rounds += 1
@@ -147,5 +169,9 @@ def _widened(stored: Stencils, width: int) -> Stencils:
     wider = Stencils.empty(len(stored.size), width, stored.grad_phi.shape[2])
     old = stored.index.shape[1]
     wider.size[:] = stored.size
-    wider.index[:, :old], wider.phi[:, :old], wider.grad_phi[:, :old] = stored.index, stored.phi, stored.grad_phi
+    wider.index[:, :old], wider.phi[:, :old], wider.grad_phi[:, :old] = (
+        stored.index,
+        stored.phi,
+        stored.grad_phi,
+    )
     return wider

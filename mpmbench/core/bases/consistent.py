@@ -1,9 +1,10 @@
 """Gradients that integrate exactly: a correction with which meshfree functions pass the patch test on any cloud.
 
-Particles at barycentres of an irregular cloud violate ``sum_p V_p grad phi_i(x_p) = integral of phi_i n dS``, which is
-zero for inner nodes: a constant stress then pushes nodes about. The smallest change of the gradients, weighted with
-V_p / phi_i(x_p), that restores it and leaves their partition of unity and linear completeness as they are, is
-``phi_i (mu_i - m_p - b_p . (x_i - x_p))`` with one vector mu_i per node and its linear fit m_p, b_p at each particle.
+Particles at barycentres of an irregular cloud violate ``sum_p V_p grad phi_i(x_p) = integral of
+phi_i n dS``, which is zero for inner nodes: a constant stress then pushes nodes about. The smallest
+change of the gradients, weighted with V_p / phi_i(x_p), that restores it and leaves their partition
+of unity and linear completeness as they are, is ``phi_i (mu_i - m_p - b_p . (x_i - x_p))`` with one
+vector mu_i per node and its linear fit m_p, b_p at each particle.
 """
 
 import math
@@ -33,12 +34,19 @@ class ConsistentGradients:
     def __init__(self, geometry: Geometry) -> None:
         if isinstance(geometry, Box):
             nodes = geometry.nodes()
-            simplices = triangulation(nodes, float(np.prod(np.array(geometry.upper) - np.array(geometry.lower))))
+            simplices = triangulation(
+                nodes, float(np.prod(np.array(geometry.upper) - np.array(geometry.lower)))
+            )
         else:
             nodes = geometry.nodes
-            simplices = geometry.simplices if geometry.simplices is not None else triangulation(nodes, None)
+            simplices = (
+                geometry.simplices if geometry.simplices is not None else triangulation(nodes, None)
+            )
         self.faces, self.opposite = boundary_faces(simplices)
-        self._mu, self._before = np.zeros_like(nodes), np.zeros_like(nodes)  # the last two solutions
+        self._mu, self._before = (
+            np.zeros_like(nodes),
+            np.zeros_like(nodes),
+        )  # the last two solutions
         self.iterations = 0
 
     def correct(self, nodes: np.ndarray, x: np.ndarray, V: np.ndarray, phi: Stencils) -> None:
@@ -71,7 +79,9 @@ class ConsistentGradients:
         self.iterations = 0
         while np.abs(r).max() > goal:
             if self.iterations == MOST_ITERATIONS:
-                raise NotConverged(f"integration-consistent gradients: {MOST_ITERATIONS} iterations do not suffice")
+                raise NotConverged(
+                    f"integration-consistent gradients: {MOST_ITERATIONS} iterations do not suffice"
+                )
             self.iterations += 1
             As = product(s)
             alpha = rz / float(np.vdot(s, As))
@@ -106,7 +116,9 @@ def boundary_faces(simplices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     corners = simplices.shape[1]
     faces = np.concatenate([np.delete(simplices, k, axis=1) for k in range(corners)])
     opposite = np.concatenate([simplices[:, k] for k in range(corners)])
-    _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
+    _, first, count = np.unique(
+        np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
+    )
     alone = first[count == 1]
     return faces[alone], opposite[alone]
 
@@ -135,12 +147,17 @@ def weights(V, size, index, phi, total):  # type: ignore[no-untyped-def]
 def corrections(axes, nodes, x, V, size, index, phi, mu, total, grad_phi, apply):  # type: ignore[no-untyped-def]
     """Add ``phi_i (mu_i - m_p - b_p . y_i)`` with ``y_i = x_i - x_p`` to the gradients, or times V_p to `total`.
 
-    m and b are the fit of mu weighted with phi: ``m = sum phi mu``, ``b = (sum phi mu (x) y) (sum phi y (x) y)^-1``,
-    because ``sum phi y = 0``.
+    m and b are the fit of mu weighted with phi: ``m = sum phi mu``, ``b = (sum phi mu (x) y) (sum
+    phi y (x) y)^-1``, because ``sum phi y = 0``.
     """
     dim = len(axes)
     m, y = vector(axes), vector(axes)
-    moment, slope, H, inverse_H = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
+    moment, slope, H, inverse_H = (
+        matrix(axes, axes),
+        matrix(axes, axes),
+        matrix(axes, axes),
+        matrix(axes, axes),
+    )
     for p in range(V.shape[0]):
         if V[p] == 0.0:
             continue

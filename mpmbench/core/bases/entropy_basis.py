@@ -33,13 +33,15 @@ class EntropyBasis:
     particles : int
         Number of particles that `locate` is called for.
     supports : callable
-        Radii of the supports [m], shape (N,), of nodes at given positions; called again after each move.
+        Radii of the supports [m], shape (N,), of nodes at given positions; called again after each
+        move.
     prior : int
         CUBIC_SPLINE, QUARTIC_SPLINE or GAUSSIAN of `entropy_nodes`.
     rim_exponent : float
         The Gaussian has fallen to exp(-rim_exponent) at the rim of its support.
     spacing : float
-        Nodal spacing as a fraction of the radius of a support: what the tolerance of the residual refers to.
+        Nodal spacing as a fraction of the radius of a support: what the tolerance of the residual
+        refers to.
     tolerance : float
         Largest ``|sum_i phi_i (x_i - x)|`` in nodal spacings.
     local : bool
@@ -103,7 +105,9 @@ class EntropyBasis:
     def follow(self, particles: Particles) -> None:
         """Take the metric from the deformation gradients of these particles from now on."""
         self._particles = particles
-        solid = particles.material  # tracers are not strained: theirs is that of the nearest particle
+        solid = (
+            particles.material
+        )  # tracers are not strained: theirs is that of the nearest particle
         self._nearest = np.asarray(cKDTree(particles.X[solid]).query(particles.X[solid.stop :])[1])
 
     def evaluate(self, x: np.ndarray) -> Stencils:
@@ -125,7 +129,9 @@ class EntropyBasis:
             self.consistent.correct(self.nodes, x, self._particles.V, self.handle)
         self.totals["points"] += len(x)
         self.totals["steps"] += int(self.iterations.sum())
-        self.totals["most_steps"] = max(self.totals["most_steps"], int(self.iterations.max(initial=0)))
+        self.totals["most_steps"] = max(
+            self.totals["most_steps"], int(self.iterations.max(initial=0))
+        )
         self.totals["enlarged"] += int(np.count_nonzero(self.cloud.metric.growth > 1.0))
 
     def newton_steps(self, x: np.ndarray) -> np.ndarray:
@@ -147,8 +153,16 @@ class EntropyBasis:
                 "Newton steps per point for the multipliers, mean",
             ),
             "newton_steps_max": (self.totals["most_steps"], "1", "most Newton steps at one point"),
-            "enlarged_points": (self.totals["enlarged"], "1", "times that a point's search radius had to grow"),
-            "neighbours_mean": (float(self.handle.size.mean()), "1", "functions per particle in the last step, mean"),
+            "enlarged_points": (
+                self.totals["enlarged"],
+                "1",
+                "times that a point's search radius had to grow",
+            ),
+            "neighbours_mean": (
+                float(self.handle.size.mean()),
+                "1",
+                "functions per particle in the last step, mean",
+            ),
         }
 
     def first_outside(self, x: np.ndarray) -> int:
@@ -161,18 +175,24 @@ class EntropyBasis:
         """Move the nodes; supports and neighbours are found again."""
         self.nodes += displacement
         if not np.isfinite(self.nodes).all():
-            raise BrokeDown(f"node {int(np.argmin(np.isfinite(self.nodes).all(axis=1)))} has no finite position")
+            raise BrokeDown(
+                f"node {int(np.argmin(np.isfinite(self.nodes).all(axis=1)))} has no finite position"
+            )
         support = self._supports(self.nodes)
         self.cloud.square[:] = support**2
         self.cloud.inverse_square[:] = support**-2
         reach = support * (self.locality == "fixed")
-        self.cloud = self.cloud._replace(buckets=fill_buckets(self.cloud.buckets, self.nodes, reach))
+        self.cloud = self.cloud._replace(
+            buckets=fill_buckets(self.cloud.buckets, self.nodes, reach)
+        )
         self._hull = None
 
     def _measure(self, F: np.ndarray, metric: Metric) -> None:
         """Fill the metric of points with deformation gradients F."""
         if not np.isfinite(F).all():
-            raise BrokeDown(f"the deformation of point {int(np.argmin(np.isfinite(F).all(axis=(1, 2))))} is not finite")
+            raise BrokeDown(
+                f"the deformation of point {int(np.argmin(np.isfinite(F).all(axis=(1, 2))))} is not finite"
+            )
         convect(self.cloud.axes, F, self.locality == "volume", metric)
         if self.locality == "convected":
             clip(F, self.stretch_limit, metric)
@@ -188,7 +208,9 @@ class EntropyBasis:
             self._measure(self._particles.F[solid][nearest], metric)
         return self.cloud._replace(metric=metric)
 
-    def _fill(self, cloud: NodeCloud, x: np.ndarray, stored: Stencils, iterations: np.ndarray) -> Stencils:
+    def _fill(
+        self, cloud: NodeCloud, x: np.ndarray, stored: Stencils, iterations: np.ndarray
+    ) -> Stencils:
         arrays = stored.size, stored.index, stored.phi, stored.grad_phi
         ends = [(DONE, -1, 0)] * len(threads.chunks(len(x)))
 
@@ -206,15 +228,25 @@ class EntropyBasis:
         failed = [end for end in ends if end[0] != DONE]
         if any(end[0] == TOO_NARROW for end in failed):
             # a little room to spare, because nodes that move change their neighbours
-            width = int(1.2 * max(*(end[2] for end in failed), widest(cloud, make_work(cloud), x))) + 1
-            return self._fill(cloud, x, Stencils.empty(len(x), width, self.nodes.shape[1]), iterations)
+            width = (
+                int(1.2 * max(*(end[2] for end in failed), widest(cloud, make_work(cloud), x))) + 1
+            )
+            return self._fill(
+                cloud, x, Stencils.empty(len(x), width, self.nodes.shape[1]), iterations
+            )
         if not failed:
             return stored
         status, p, found = failed[0]
         where = f"point {p} at {np.array2string(x[p], precision=6)}"
         if status == OUTSIDE:
-            raise BrokeDown(f"lost basis: {where} is outside the hull of the {found} nodes whose supports cover it")
+            raise BrokeDown(
+                f"lost basis: {where} is outside the hull of the {found} nodes whose supports cover it"
+            )
         if status == FLAT:
-            raise BrokeDown(f"lost basis: the {found} nodes whose supports cover {where} lie on a line or plane")
+            raise BrokeDown(
+                f"lost basis: the {found} nodes whose supports cover {where} lie on a line or plane"
+            )
         assert status == STALLED
-        raise NotConverged(f"max-ent multipliers: no solution after {iterations[p]} Newton steps for {where}")
+        raise NotConverged(
+            f"max-ent multipliers: no solution after {iterations[p]} Newton steps for {where}"
+        )

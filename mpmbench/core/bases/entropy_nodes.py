@@ -35,7 +35,8 @@ class NodeCloud(NamedTuple):
     tolerance : float
         Largest residual ``|sum_i phi_i dx_i| / h``.
     line_search : bool
-        Shorten Newton steps that do not lessen log Z; without it the iteration is the undamped one of Li (2009).
+        Shorten Newton steps that do not lessen log Z; without it the iteration is the undamped one
+        of Li (2009).
     max_iterations : int
     """
 
@@ -61,7 +62,8 @@ class Work(NamedTuple):
     offset, distance : ndarray
         x_i - x and its square for all candidates, shapes (dim, K) and (K,).
     number, inverse_square, rr, dx : ndarray
-        Node numbers, 1/d_i^2, (|x_i - x| / d_i)^2 and x_i - x of the nodes whose supports cover the point.
+        Node numbers, 1/d_i^2, (|x_i - x| / d_i)^2 and x_i - x of the nodes whose supports cover the
+        point.
     w, g, e : ndarray
         Priors, their slopes, and exp(-lambda . dx_i) of the same nodes, shape (K,).
     """
@@ -103,7 +105,8 @@ def make_work(cloud):  # type: ignore[no-untyped-def]
 def gather(cloud, x, p, row, work):  # type: ignore[no-untyped-def]
     """Number of nodes whose supports cover point `p` of `x`, and the largest of these supports.
 
-    With a metric, that of its entry `row`, and ``xi_i = S^-1 (x_i - x)`` takes the place of ``x_i - x``.
+    With a metric, that of its entry `row`, and ``xi_i = S^-1 (x_i - x)`` takes the place of ``x_i -
+    x``.
     """
     if cloud.metric.growth.shape[0] > 0:
         radius = math.sqrt(cloud.square[0]) * cloud.metric.growth[row]
@@ -121,7 +124,9 @@ def gather(cloud, x, p, row, work):  # type: ignore[no-untyped-def]
         work.distance[c] = square
     found = 0
     largest = 0.0
-    for c in range(candidates):  # no branches: each is written, and the next overwrites it if it does not count
+    for c in range(
+        candidates
+    ):  # no branches: each is written, and the next overwrites it if it does not count
         i = entry[c]
         work.number[found] = i
         work.inverse_square[found] = cloud.inverse_square[i]
@@ -149,7 +154,9 @@ def weigh(cloud, found, row, work):  # type: ignore[no-untyped-def]
             rest = 1.0 - r
             inner = r <= 0.5
             w[k] = 2.0 / 3.0 - 4.0 * rr[k] * rest if inner else 4.0 / 3.0 * rest * rest * rest
-            g[k] = inverse_square[k] * (12.0 * r - 8.0 if inner else -4.0 * rest * rest / max(r, 0.5))
+            g[k] = inverse_square[k] * (
+                12.0 * r - 8.0 if inner else -4.0 * rest * rest / max(r, 0.5)
+            )
     elif cloud.prior == QUARTIC_SPLINE:
         for k in range(padded):
             r = math.sqrt(rr[k])

@@ -17,7 +17,9 @@ from mpmbench.core.bases.max_entropy import (
 )
 from mpmbench.core.bases.metric import push
 
-INWARDS = 2.0**-23  # how far, relative to the support, the gradient of a point on the hull is taken inside it
+INWARDS = (
+    2.0**-23
+)  # how far, relative to the support, the gradient of a point on the hull is taken inside it
 
 
 @lean
@@ -45,8 +47,9 @@ def evaluate_inside(cloud, x, p, work, row, index, phi, grad_phi):  # type: igno
 def evaluate_on_hull(cloud, x, p, found, work, row, index, phi, grad_phi):  # type: ignore[no-untyped-def]
     """The same for a point on the hull: values of the limit, and gradients from a little inside.
 
-    On a face of the hull only the nodes of that face have non-zero functions, and lambda is infinite. The values there
-    are within the tolerance; the gradient exists only as a limit, taken on the way to the middle of the support.
+    On a face of the hull only the nodes of that face have non-zero functions, and lambda is
+    infinite. The values there are within the tolerance; the gradient exists only as a limit, taken
+    on the way to the middle of the support.
     """
     inside = matrix((0.0,), cloud.axes)
     first = np.int64(0)  # for a literal 0 all that is called here would be compiled once more

@@ -53,7 +53,9 @@ def spread(phi: Any, at: int, work: Any, lanes: Any, columns: np.ndarray, cell: 
     raise NotImplementedError
 
 
-def interpolate(phi: Any, at: int, work: Any, lanes: Any, cell: np.ndarray, sums: np.ndarray) -> None:
+def interpolate(
+    phi: Any, at: int, work: Any, lanes: Any, cell: np.ndarray, sums: np.ndarray
+) -> None:
     """Write ``sum_k phi_k cell[k]`` to ``sums[0]`` and ``sum_k (d phi_k / d x_d) cell[k]`` to ``sums[1 + d]``."""
     raise NotImplementedError
 
@@ -64,7 +66,8 @@ class Stencils(NamedTuple):
     Attributes
     ----------
     axes : tuple of float
-        As many entries as there are dimensions (values unused; the length is known to the compiler).
+        As many entries as there are dimensions (values unused; the length is known to the
+        compiler).
     size : ndarray of int
         Number of functions at each point, shape (n,).
     index : ndarray of int

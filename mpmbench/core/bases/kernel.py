@@ -1,7 +1,8 @@
 """Kernels of smoothed particle hydrodynamics, which move with the nodes and keep their size (Eulerian kernels).
 
-``phi_i(x) = V_i W(|x - x_i|, h)`` with the cubic spline of Monaghan and Lattanzio (Li 2009, section 2.1.1) and a volume
-V_i of one spacing a side: on irregular nodes and at boundaries the functions do not even add up to one.
+``phi_i(x) = V_i W(|x - x_i|, h)`` with the cubic spline of Monaghan and Lattanzio (Li 2009, section
+2.1.1) and a volume V_i of one spacing a side: on irregular nodes and at boundaries the functions do
+not even add up to one.
 """
 
 import math
@@ -35,10 +36,17 @@ class Kernel:
     """
 
     smoothing_length: float = 1.0
-    promises: ClassVar[Promises] = Promises(partition_of_unity=False, linear_completeness=False, extrapolates=True)
+    promises: ClassVar[Promises] = Promises(
+        partition_of_unity=False, linear_completeness=False, extrapolates=True
+    )
 
     def __post_init__(self) -> None:
-        require(0.5 < self.smoothing_length <= 5.0, "smoothing_length", self.smoothing_length, "a number from 0.5 to 5")
+        require(
+            0.5 < self.smoothing_length <= 5.0,
+            "smoothing_length",
+            self.smoothing_length,
+            "a number from 0.5 to 5",
+        )
 
     def check(self, choices: Choices, touches_fixed_nodes: bool) -> None:
         """Refuse Galerkin methods, whose functions must reproduce constants."""
@@ -59,7 +67,9 @@ def cubic_spline(distance: np.ndarray, h: float, dimension: int) -> tuple[np.nda
     outer, inner = np.maximum(2.0 - q, 0.0), np.maximum(1.0 - q, 0.0)
     scale = NORM[dimension] / h**dimension
     slope = -0.75 * outer**2 + 3.0 * inner**2
-    return scale * (0.25 * outer**3 - inner**3), scale * slope / (h * np.maximum(distance, 1e-12 * h))
+    return scale * (0.25 * outer**3 - inner**3), scale * slope / (
+        h * np.maximum(distance, 1e-12 * h)
+    )
 
 
 class KernelBasis:
@@ -74,20 +84,26 @@ class KernelBasis:
         Nodal spacing and h [m].
     """
 
-    def __init__(self, nodes: np.ndarray, particles: int, spacing: float, smoothing_length: float) -> None:
+    def __init__(
+        self, nodes: np.ndarray, particles: int, spacing: float, smoothing_length: float
+    ) -> None:
         self.nodes = np.array(nodes, dtype=float)
         self.spacing, self.smoothing_length = spacing, smoothing_length
         self.handle = Stencils.empty(particles, 1, nodes.shape[1])
 
     def evaluate(self, x: np.ndarray) -> Stencils:
         dimension = x.shape[1]
-        near = cKDTree(self.nodes).query_ball_point(x, REACH * self.smoothing_length, return_sorted=True)
+        near = cKDTree(self.nodes).query_ball_point(
+            x, REACH * self.smoothing_length, return_sorted=True
+        )
         stored = Stencils.empty(len(x), max(map(len, near), default=0) + 1, dimension)
         stored.size[:] = [len(found) for found in near]
         for p, found in enumerate(near):
             stored.index[p, : len(found)] = found
         difference = x[:, None, :] - self.nodes[stored.index]
-        W, slope = cubic_spline(np.linalg.norm(difference, axis=2), self.smoothing_length, dimension)
+        W, slope = cubic_spline(
+            np.linalg.norm(difference, axis=2), self.smoothing_length, dimension
+        )
         used = np.arange(stored.index.shape[1]) < stored.size[:, None]
         stored.phi[:] = self.spacing**dimension * W * used
         stored.grad_phi[:] = (self.spacing**dimension * slope * used)[:, :, None] * difference

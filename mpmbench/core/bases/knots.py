@@ -1,7 +1,7 @@
 """Open knot vectors: polynomials on their spans, Greville abscissae, and how knots follow a displacement.
 
-Knots are given by their distinct values, `breaks`, shape (dim, A + 1), of which the first and the last along an axis
-count degree + 1 times; `shape` holds the numbers of functions along the axes.
+Knots are given by their distinct values, `breaks`, shape (dim, A + 1), of which the first and the
+last along an axis count degree + 1 times; `shape` holds the numbers of functions along the axes.
 """
 
 import numpy as np
@@ -18,8 +18,8 @@ def tabulate(breaks, shape, coefficients, inverse_width, nodes):  # type: ignore
     coefficients, inverse_width : ndarray
         As in `TensorGrid`; filled.
     nodes : ndarray
-        Greville abscissae [m] of all functions, shape (N, dim); filled. With ``g_i = (xi_{i+1} + ... + xi_{i+d}) / d``
-        ``sum_i g_i phi_i(x) = x`` holds for every degree d.
+        Greville abscissae [m] of all functions, shape (N, dim); filled. With ``g_i = (xi_{i+1} +
+        ... + xi_{i+d}) / d`` ``sum_i g_i phi_i(x) = x`` holds for every degree d.
     """
     dim, degree = breaks.shape[0], coefficients.shape[2] - 1
     abscissae = np.zeros((dim, breaks.shape[1] + degree))
@@ -62,7 +62,9 @@ def polynomials(breaks, degree, coefficients, inverse_width):  # type: ignore[no
         for r in range(1, degree + 1):
             lower[:] = polynomial
             polynomial[:] = 0.0
-            for a in range(r):  # the r functions of degree r - 1; the a-th has support [left, right] around span s
+            for a in range(
+                r
+            ):  # the r functions of degree r - 1; the a-th has support [left, right] around span s
                 left = breaks[min(max(s - r + 1 + a, 0), spans)]
                 right = breaks[min(max(s + 1 + a, 0), spans)]
                 inverse = 1.0 / (right - left)
@@ -81,9 +83,9 @@ def polynomials(breaks, degree, coefficients, inverse_width):  # type: ignore[no
 def advect(breaks, shape, coefficients, displacement):  # type: ignore[no-untyped-def]
     """Advect the knots: ``xi_j += sum_i phi_i(xi_j) dx_i``.
 
-    Knots are lines in 2D and planes in 3D: the displacement normal to a line is averaged along it (by integration), so
-    only axis-aligned motion is followed exactly. Recovering knots from moved Greville points instead would be
-    overdetermined, with an undamped (-1)^j mode.
+    Knots are lines in 2D and planes in 3D: the displacement normal to a line is averaged along it
+    (by integration), so only axis-aligned motion is followed exactly. Recovering knots from moved
+    Greville points instead would be overdetermined, with an undamped (-1)^j mode.
 
     Parameters
     ----------
@@ -91,7 +93,9 @@ def advect(breaks, shape, coefficients, displacement):  # type: ignore[no-untype
         Of the degrees of freedom [m], shape (N, dim).
     """
     dim, order = breaks.shape[0], coefficients.shape[2]
-    weight = np.zeros((dim, breaks.shape[1] + order - 1))  # the integral of each function over the length of its axis
+    weight = np.zeros(
+        (dim, breaks.shape[1] + order - 1)
+    )  # the integral of each function over the length of its axis
     for d in range(dim):
         spans = shape[d] - order + 1
         for i in range(shape[d]):

@@ -24,7 +24,9 @@ def _lanes(context, builder, array, indices):  # type: ignore[no-untyped-def]
     data = builder.bitcast(array.data, ir.IntType(8).as_pointer())
     if len(indices) == 2:
         place = builder.add(place, builder.mul(indices[1], context.get_constant(types.intp, 8)))
-    return builder.bitcast(builder.gep(data, [place]), ir.VectorType(ir.DoubleType(), LANES).as_pointer())
+    return builder.bitcast(
+        builder.gep(data, [place]), ir.VectorType(ir.DoubleType(), LANES).as_pointer()
+    )
 
 
 def _multiply_add(builder, a, b, c):  # type: ignore[no-untyped-def]
@@ -34,21 +36,28 @@ def _multiply_add(builder, a, b, c):  # type: ignore[no-untyped-def]
 def _exponential(builder, x):  # type: ignore[no-untyped-def]
     """exp(x) of several numbers to the last bit or two; x beyond -708..708 is taken as the nearest end.
 
-    exp(x) = 2^n exp(r) with n the integer nearest to x / ln 2 and a Taylor polynomial of degree 13 in |r| <= 0.35.
+    exp(x) = 2^n exp(r) with n the integer nearest to x / ln 2 and a Taylor polynomial of degree 13
+    in |r| <= 0.35.
     """
     integers = ir.VectorType(ir.IntType(64), LANES)
     for bound, order in ((-708.0, "<"), (708.0, ">")):
         x = builder.select(builder.fcmp_ordered(order, x, _real(bound)), _real(bound), x)
-    to_integer = _real(6755399441055744.0)  # 1.5 * 2^52: adding it rounds, and leaves n in the low bits
+    to_integer = _real(
+        6755399441055744.0
+    )  # 1.5 * 2^52: adding it rounds, and leaves n in the low bits
     shifted = _multiply_add(builder, x, _real(1.0 / math.log(2.0)), to_integer)
     n = builder.fsub(shifted, to_integer)
-    r = _multiply_add(builder, n, _real(-0.6931471803691238), x)  # ln 2 in two parts, the first with short digits
+    r = _multiply_add(
+        builder, n, _real(-0.6931471803691238), x
+    )  # ln 2 in two parts, the first with short digits
     r = _multiply_add(builder, n, _real(-1.9082149292705877e-10), r)
     terms = [_real(1.0 / math.factorial(degree)) for degree in range(14)]
-    while len(terms) > 1:  # neighbours in pairs: a shorter chain of dependent operations than Horner's
-        terms = [_multiply_add(builder, b, r, a) for a, b in zip(terms[::2], terms[1::2], strict=False)] + (
-            terms[-1:] if len(terms) % 2 else []
-        )
+    while (
+        len(terms) > 1
+    ):  # neighbours in pairs: a shorter chain of dependent operations than Horner's
+        terms = [
+            _multiply_add(builder, b, r, a) for a, b in zip(terms[::2], terms[1::2], strict=False)
+        ] + (terms[-1:] if len(terms) % 2 else [])
         r = builder.fmul(r, r)
     exponent = builder.shl(builder.bitcast(shifted, integers), ir.Constant(integers, [52] * LANES))
     power = builder.add(exponent, ir.Constant(integers, [1023 << 52] * LANES))
@@ -84,8 +93,12 @@ def exponentials(typingctx, axes, multiplier, dx, shift, values, start):  # type
 
         def splat(value):  # type: ignore[no-untyped-def]
             lanes = ir.VectorType(ir.DoubleType(), LANES)
-            first = builder.insert_element(ir.Constant(lanes, ir.Undefined), value, ir.IntType(32)(0))
-            return builder.shuffle_vector(first, first, ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES))
+            first = builder.insert_element(
+                ir.Constant(lanes, ir.Undefined), value, ir.IntType(32)(0)
+            )
+            return builder.shuffle_vector(
+                first, first, ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
+            )
 
         x = builder.fsub(_real(0.0), splat(shift))
         for d in range(axes.count):

@@ -27,5 +27,9 @@ class Linear:
         if not isinstance(geometry, Box):
             if geometry.simplices is None:
                 raise NotApplicable("linear on an unstructured set of nodes needs a triangulation")
-            return MovingSimplices(geometry, particles) if moving else FixedSimplices(geometry, particles)
+            return (
+                MovingSimplices(geometry, particles)
+                if moving
+                else FixedSimplices(geometry, particles)
+            )
         return MovingQuads(geometry, particles) if moving else TensorSpline(geometry, degree=1)

@@ -31,14 +31,16 @@ class LocalMaxEnt:
     gamma : float
         Locality, positive.
     spacing : float or None
-        Nodal spacing h [m]; None or 0 reads it from the nodes as they are at the start (`nodal_spacing`).
+        Nodal spacing h [m]; None or 0 reads it from the nodes as they are at the start
+        (`nodal_spacing`).
     radius : float or None
         Search radius R [m]; None or 0 takes the larger of h sqrt(ln(1 / cutoff) / gamma) and 2.5 h.
     relative_radius : float
         The same in nodal spacings, R / h; 0 takes `radius`.
     rim : {"smooth", "cut"}
-        At the rim the Gaussian is lowered by its tangent in r^2, so that nodes enter and leave a support without a
-        jump; or it is cut off, and points whose nodes do not suffice take more (Iaconeta 2017, section 5.3).
+        At the rim the Gaussian is lowered by its tangent in r^2, so that nodes enter and leave a
+        support without a jump; or it is cut off, and points whose nodes do not suffice take more
+        (Iaconeta 2017, section 5.3).
     cutoff : float
         Value of the Gaussian at the automatic radius, at most 1e-6.
     tolerance : float
@@ -46,15 +48,17 @@ class LocalMaxEnt:
     search : {"local", "all"}
         Look for neighbours in cells, or at all nodes for every point (same functions).
     line_search : bool
-        Safeguard Newton's method; without it, it is the plain one of Li (2009), which fails for large gamma.
+        Safeguard Newton's method; without it, it is the plain one of Li (2009), which fails for
+        large gamma.
     locality : {"fixed", "volume", "convected"}
-        Neighbours and weights by plain distance; or by distances before the change of volume of a particle (h follows
-        compression), or before its whole deformation (`metric`). A point that nodes do not surround takes more.
+        Neighbours and weights by plain distance; or by distances before the change of volume of a
+        particle (h follows compression), or before its whole deformation (`metric`). A point that
+        nodes do not surround takes more.
     stretch_limit : float
         Principal stretches of the convected metric stay between 1/stretch_limit and stretch_limit.
     gradient : {"exact", "consistent"}
-        The derivatives of the functions, or those corrected so that the particles integrate them exactly, which passes
-        the patch test on irregular clouds (`consistent`).
+        The derivatives of the functions, or those corrected so that the particles integrate them
+        exactly, which passes the patch test on irregular clouds (`consistent`).
     """
 
     gamma: float = 1.8
@@ -75,16 +79,35 @@ class LocalMaxEnt:
         require(0.0 < self.gamma <= 100.0, "gamma", self.gamma, "a positive number, at most 100")
         for key in ("spacing", "radius"):
             value = getattr(self, key) or 0.0
-            require(0.0 <= value < math.inf, key, value, "a positive length in metres, or 0 for an automatic one")
+            require(
+                0.0 <= value < math.inf,
+                key,
+                value,
+                "a positive length in metres, or 0 for an automatic one",
+            )
         relative = self.relative_radius
-        require(relative == 0.0 or 1.0 < relative <= 20.0, "relative_radius", relative, "a number from 1 to 20, or 0")
+        require(
+            relative == 0.0 or 1.0 < relative <= 20.0,
+            "relative_radius",
+            relative,
+            "a number from 1 to 20, or 0",
+        )
         require_option("rim", self.rim, ("smooth", "cut"))
         require(1e-15 <= self.cutoff <= 1e-6, "cutoff", self.cutoff, "a number from 1e-15 to 1e-6")
-        require(1e-13 <= self.tolerance <= 1e-4, "tolerance", self.tolerance, "a number from 1e-13 to 1e-4")
+        require(
+            1e-13 <= self.tolerance <= 1e-4,
+            "tolerance",
+            self.tolerance,
+            "a number from 1e-13 to 1e-4",
+        )
         require_option("search", self.search, ("local", "all"))
-        require(isinstance(self.line_search, bool), "line_search", self.line_search, "true or false")
+        require(
+            isinstance(self.line_search, bool), "line_search", self.line_search, "true or false"
+        )
         require_option("locality", self.locality, ("fixed", "volume", "convected"))
-        require(self.stretch_limit >= 1.0, "stretch_limit", self.stretch_limit, "a number of at least 1")
+        require(
+            self.stretch_limit >= 1.0, "stretch_limit", self.stretch_limit, "a number of at least 1"
+        )
         require_option("gradient", self.gradient, ("exact", "consistent"))
         if self.rim == "cut":
             require(self.locality == "fixed", "locality", self.locality, "fixed, as rim is cut,")
@@ -126,8 +149,9 @@ class LocalMaxEnt:
 def nodal_spacing(geometry: Geometry) -> float:
     """Typical distance h between neighbouring nodes [m].
 
-    On a box the largest cell size. On a cloud what its maker says, else the edge of N^(1/dim) - 1 cells along each axis
-    of a cube with the cloud's volume (of its simplices, else of its hull), which is the mean spacing on a line.
+    On a box the largest cell size. On a cloud what its maker says, else the edge of N^(1/dim) - 1
+    cells along each axis of a cube with the cloud's volume (of its simplices, else of its hull),
+    which is the mean spacing on a line.
     """
     if isinstance(geometry, Box):
         return float(geometry.spacing.max())

@@ -1,8 +1,9 @@
 """Maximum-entropy shape functions with a prior: the compiled part that `maxent` and `lme` share.
 
-At a point x the functions are ``phi_i = w_i(x) exp(-lambda . dx_i) / Z`` with ``dx_i = x_i - x`` and the multipliers
-lambda that minimise ``log Z`` (Wobbes 2020, Eqs. 79-86, Arroyo and Ortiz 2006). The priors w_i are radial, which makes
-their gradients ``grad w_i = -g_i dx_i`` with a scalar g_i, and nothing is ever divided by w_i.
+At a point x the functions are ``phi_i = w_i(x) exp(-lambda . dx_i) / Z`` with ``dx_i = x_i - x``
+and the multipliers lambda that minimise ``log Z`` (Wobbes 2020, Eqs. 79-86, Arroyo and Ortiz 2006).
+The priors w_i are radial, which makes their gradients ``grad w_i = -g_i dx_i`` with a scalar g_i,
+and nothing is ever divided by w_i.
 """
 
 import math
@@ -17,7 +18,9 @@ LAST_MOVE = 1e-5  # a Newton step (in exponents) below this, with its third-orde
 COUNTED_MOVE = 1e-7  # the same for a plain Newton step, which errs by its square
 SAFE_MOVE = 0.85  # a step with exponents in a range of twice this always lessens log Z
 FAR = 30.0  # exponents that Newton's method reaches only on its way to infinity, near the hull and beyond
-HULL_CONDITION = 1e9  # inverse variance, in supports, of points closer than about 1e-9 h to the hull
+HULL_CONDITION = (
+    1e9  # inverse variance, in supports, of points closer than about 1e-9 h to the hull
+)
 
 
 @lean
@@ -112,16 +115,17 @@ def correct(axes, found, work, inverse_H, Z, third, step):  # type: ignore[no-un
 def newton(cloud, found, reach, last_move, work, step):  # type: ignore[no-untyped-def]
     """Minimise log Z over the multipliers by Newton's method from lambda = 0.
 
-    Leaves e_i, and in `step` what a last step would still add to lambda. Steps that could be too long are checked
-    afterwards. Where log Z has not fallen enough, the parabola through what is known tells a shorter one, but never
-    shorter than ``log(1 + n) / n`` of the whole, n the range of its exponents: that much always lessens log Z, because
-    its third derivative is at most n times its second.
+    Leaves e_i, and in `step` what a last step would still add to lambda. Steps that could be too
+    long are checked afterwards. Where log Z has not fallen enough, the parabola through what is
+    known tells a shorter one, but never shorter than ``log(1 + n) / n`` of the whole, n the range
+    of its exponents: that much always lessens log Z, because its third derivative is at most n
+    times its second.
 
     Returns
     -------
     status, iterations, on_hull
-        Number of steps until the residual met the tolerance (the last step is not counted); whether the point lies on
-        the hull, where lambda is infinite and only the residual can converge.
+        Number of steps until the residual met the tolerance (the last step is not counted); whether
+        the point lies on the hull, where lambda is infinite and only the residual can converge.
     """
     axes = cloud.axes
     multiplier, origin, taken = vector(axes), vector(axes), vector(axes)
@@ -147,7 +151,9 @@ def newton(cloud, found, reach, last_move, work, step):  # type: ignore[no-untyp
             now = math.log(Z) + shift
             if not now <= height - 1e-4 * fraction * slope:
                 surely = math.log(1.0 + spread) / spread
-                parabola = 0.5 * fraction * fraction * slope / (now - height + fraction * slope)  # where it is lowest
+                parabola = (
+                    0.5 * fraction * fraction * slope / (now - height + fraction * slope)
+                )  # where it is lowest
                 fraction = max(surely, min(parabola, 0.5 * fraction) if parabola > 0.0 else 0.0)
                 on_trial = fraction > surely
                 for d in range(len(axes)):
@@ -199,12 +205,17 @@ def newton(cloud, found, reach, last_move, work, step):  # type: ignore[no-untyp
 def finish(axes, found, work, step, row, index, phi, grad_phi):  # type: ignore[no-untyped-def]
     """Take the last Newton step and write values and gradients to row `row` of `phi` and `grad_phi`.
 
-    ``grad phi_i = phi_i (M dx_i + b) - psi_i dx_i`` with ``psi_i = g_i e_i / Z`` (which is phi_i grad w_i / w_i along
-    -dx_i), ``b = sum_j psi_j dx_j`` and ``M = (I + sum_j psi_j dx_j (x) dx_j) H^-1``: Wobbes 2020, Eqs. 84-86, with the
-    signs corrected. Returns the residual.
+    ``grad phi_i = phi_i (M dx_i + b) - psi_i dx_i`` with ``psi_i = g_i e_i / Z`` (which is phi_i
+    grad w_i / w_i along -dx_i), ``b = sum_j psi_j dx_j`` and ``M = (I + sum_j psi_j dx_j (x) dx_j)
+    H^-1``: Wobbes 2020, Eqs. 84-86, with the signs corrected. Returns the residual.
     """
     b, r = vector(axes), vector(axes)
-    H, inverse_H, B, M = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
+    H, inverse_H, B, M = (
+        matrix(axes, axes),
+        matrix(axes, axes),
+        matrix(axes, axes),
+        matrix(axes, axes),
+    )
     Z = 0.0
     for d in range(len(axes)):
         b[d] = r[d] = 0.0

@@ -1,8 +1,9 @@
 """Locality that follows the deformation: every point measures distances in its own metric (Li 2009, section 2.2.3).
 
-With ``xi_i = S^-1 (x_i - x)`` the functions of a point are those of the undeformed configuration: nodes count when
-``|xi_i| < R`` and weigh ``exp(-gamma |xi_i|^2 / h^2)``. S is the point's deformation gradient (`convected`) or the
-isotropic part of it (`volume`). Gradients take S as constant near the point.
+With ``xi_i = S^-1 (x_i - x)`` the functions of a point are those of the undeformed configuration:
+nodes count when ``|xi_i| < R`` and weigh ``exp(-gamma |xi_i|^2 / h^2)``. S is the point's
+deformation gradient (`convected`) or the isotropic part of it (`volume`). Gradients take S as
+constant near the point.
 """
 
 from typing import NamedTuple
@@ -23,7 +24,8 @@ class Metric(NamedTuple):
     pull : ndarray
         S^-1 (dimensionless), shape (n, dim, dim).
     half : ndarray
-        Half the extent of the ellipsoid ``|xi| < 1`` along each axis: lengths of the rows of S, shape (n, dim).
+        Half the extent of the ellipsoid ``|xi| < 1`` along each axis: lengths of the rows of S,
+        shape (n, dim).
     growth : ndarray
         Factor by which the search radius of a point has been enlarged, shape (n,).
     """
@@ -35,7 +37,11 @@ class Metric(NamedTuple):
     @classmethod
     def identity(cls, points: int, dimension: int) -> "Metric":
         """Plain distance."""
-        return cls(np.tile(np.eye(dimension), (points, 1, 1)), np.ones((points, dimension)), np.ones(points))
+        return cls(
+            np.tile(np.eye(dimension), (points, 1, 1)),
+            np.ones((points, dimension)),
+            np.ones(points),
+        )
 
 
 @kernel
@@ -65,7 +71,10 @@ def clip(F: np.ndarray, limit: float, metric: Metric) -> None:
 
     ``|S^-1 dx|^2 = dx . B^-1 dx`` depends on ``B = S S^T`` only, so that S may be taken symmetric.
     """
-    norm, inverse_norm = np.sqrt(np.sum(F**2, axis=(1, 2))), np.sqrt(np.sum(metric.pull**2, axis=(1, 2)))
+    norm, inverse_norm = (
+        np.sqrt(np.sum(F**2, axis=(1, 2))),
+        np.sqrt(np.sum(metric.pull**2, axis=(1, 2))),
+    )
     suspect = np.flatnonzero((norm > limit) | (inverse_norm > limit))
     if suspect.size == 0:
         return

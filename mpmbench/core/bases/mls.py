@@ -1,9 +1,10 @@
 """Moving least squares functions of degree 1 or 2 (Lancaster and Salkauskas 1981; Iaconeta 2017, Eqs. 50-58).
 
-``N_I = P(0) . M^-1 P_I W_I`` with ``M = sum_I P_I (x) P_I W_I`` and the polynomials P in coordinates relative to the
-point, in units of the radius. The weight, which the paper does not give, is a spline or a Gaussian of the distance over
-the effective radius R_eff. Functions have no Kronecker delta and may be negative; where they would be large, because
-the nodes that carry weight lie to one side of the point, its cloud takes in further nodes.
+``N_I = P(0) . M^-1 P_I W_I`` with ``M = sum_I P_I (x) P_I W_I`` and the polynomials P in
+coordinates relative to the point, in units of the radius. The weight, which the paper does not
+give, is a spline or a Gaussian of the distance over the effective radius R_eff. Functions have no
+Kronecker delta and may be negative; where they would be large, because the nodes that carry weight
+lie to one side of the point, its cloud takes in further nodes.
 """
 
 import math
@@ -24,7 +25,11 @@ from mpmbench.core.registry import register
 
 WEIGHTS = ("cubic_spline", "quartic_spline", "gaussian")
 PROMISES = Promises(
-    non_negative=False, extrapolates=True, kronecker="none", continuous_gradient=True, gradient_on_hull=True
+    non_negative=False,
+    extrapolates=True,
+    kronecker="none",
+    continuous_gradient=True,
+    gradient_on_hull=True,
 )
 DIRECT_RADIUS = math.sqrt(2.0) * (1.0 + 1e-6)  # in nodal spacings, on regular nodes
 SMALLEST_PIVOT = 1e-10  # of M, scaled to a unit diagonal: below it the cloud takes in another node
@@ -48,10 +53,11 @@ class MovingLeastSquares:
     spacing : float or None
         Nodal spacing h [m]; None or 0 reads it from the nodes as they are at the start.
     effective_radius : float
-        R_eff / R. The splines vanish at 2 R_eff, so 1/2 makes them vanish at the search radius; the Gaussian is
-        ``exp(-(r / R_eff)^2)``, lowered to vanish at the search radius.
+        R_eff / R. The splines vanish at 2 R_eff, so 1/2 makes them vanish at the search radius; the
+        Gaussian is ``exp(-(r / R_eff)^2)``, lowered to vanish at the search radius.
     minimum_nodes : int
-        Least number of nodes of a cloud, whose radius grows where there are fewer; 0 takes the number of polynomials.
+        Least number of nodes of a cloud, whose radius grows where there are fewer; 0 takes the
+        number of polynomials.
     """
 
     degree: int = 1
@@ -66,25 +72,45 @@ class MovingLeastSquares:
     def __post_init__(self) -> None:
         require(self.degree in (1, 2), "degree", self.degree, "1 or 2")
         require_option("weight", self.weight, WEIGHTS)
-        require(1.0 < self.relative_radius <= 20.0, "relative_radius", self.relative_radius, "a number from 1 to 20")
+        require(
+            1.0 < self.relative_radius <= 20.0,
+            "relative_radius",
+            self.relative_radius,
+            "a number from 1 to 20",
+        )
         for key in ("spacing", "radius"):
             value = getattr(self, key) or 0.0
-            require(0.0 <= value < math.inf, key, value, "a positive length in metres, or 0 for an automatic one")
+            require(
+                0.0 <= value < math.inf,
+                key,
+                value,
+                "a positive length in metres, or 0 for an automatic one",
+            )
         effective = self.effective_radius
         require(0.1 <= effective <= 10.0, "effective_radius", effective, "a number from 0.1 to 10")
-        require(0 <= self.minimum_nodes <= 100, "minimum_nodes", self.minimum_nodes, "a whole number from 0 to 100")
+        require(
+            0 <= self.minimum_nodes <= 100,
+            "minimum_nodes",
+            self.minimum_nodes,
+            "a whole number from 0 to 100",
+        )
 
     def check(self, choices: Choices, touches_fixed_nodes: bool) -> None:
         """Refuse to hold single nodes where functions of their neighbours do not vanish.
 
-        Where the fixed nodes are no part of the body (`touches_fixed_nodes`), nothing else can be held.
+        Where the fixed nodes are no part of the body (`touches_fixed_nodes`), nothing else can be
+        held.
 
         Raises
         ------
         NotApplicable
             With the reason.
         """
-        if not touches_fixed_nodes and choices.dirichlet == "direct" and self.relative_radius > DIRECT_RADIUS:
+        if (
+            not touches_fixed_nodes
+            and choices.dirichlet == "direct"
+            and self.relative_radius > DIRECT_RADIUS
+        ):
             raise NotApplicable(
                 f"basis.relative_radius={self.relative_radius:g} with method.dirichlet=direct: mls does not "
                 "interpolate, so nodes can be held directly up to sqrt(2) only: use method.dirichlet=multipliers"
@@ -115,7 +141,9 @@ class MovingLeastSquares:
             settings = degree, polynomials, weight, effective, LARGEST_SUM if strict else math.inf
             fill_points(nodes, x, points, near, count, radii, *settings, stored, failed)
 
-        return CloudBasis(nodes, particles, radius, max(self.minimum_nodes, polynomials), fill, PROMISES)
+        return CloudBasis(
+            nodes, particles, radius, max(self.minimum_nodes, polynomials), fill, PROMISES
+        )
 
 
 @kernel
@@ -133,7 +161,9 @@ def weigh(kind, effective, q):  # type: ignore[no-untyped-def]
         return 0.0, 0.0
     scale = 1.0 / (2.0 * effective)
     if kind == 1:
-        return 1.0 - t * t * (6.0 - 8.0 * t + 3.0 * t * t), -12.0 * t * (1.0 - t) * (1.0 - t) * scale
+        return 1.0 - t * t * (6.0 - 8.0 * t + 3.0 * t * t), -12.0 * t * (1.0 - t) * (
+            1.0 - t
+        ) * scale
     if t <= 0.5:
         return 2.0 / 3.0 - 4.0 * t * t * (1.0 - t), (-8.0 * t + 12.0 * t * t) * scale
     return 4.0 / 3.0 * (1.0 - t) ** 3, -4.0 * (1.0 - t) * (1.0 - t) * scale
@@ -193,7 +223,9 @@ def substitute(M, b):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def fill_points(nodes, x, points, near, count, radii, degree, m, weight, effective, largest_sum, stored, failed):  # type: ignore[no-untyped-def]
+def fill_points(
+    nodes, x, points, near, count, radii, degree, m, weight, effective, largest_sum, stored, failed
+):  # type: ignore[no-untyped-def]
     """Functions and full gradients (weights included) at ``x[points]``; marks points without, or with too large ones.
 
     With ``c = M^-1 P(0)``: ``grad N_I = (P_I . grad c + c . grad P_I) W_I + c . P_I grad W_I`` and
@@ -250,7 +282,9 @@ def fill_points(nodes, x, points, near, count, radii, degree, m, weight, effecti
                     value += c[a] * P[k, a]
                     change += c[a] * dP[k, a, d]
                 for a in range(m):
-                    dc[a] -= (dP[k, a, d] * value + P[k, a] * change) * W[k] + P[k, a] * value * dW[k, d]
+                    dc[a] -= (dP[k, a, d] * value + P[k, a] * change) * W[k] + P[k, a] * value * dW[
+                        k, d
+                    ]
                 stored.grad_phi[p, k, d] = change * W[k] + value * dW[k, d]
             substitute(M, dc)
             for k in range(count[p]):

@@ -1,7 +1,8 @@
 """Linear functions on cells whose corners move one by one: segments, quads, hexahedra.
 
-The parametric coordinates xi of a particle are its state, not a function of x: they are found once and never change
-while particle and nodes move with the same functions. Values are then constant and only gradients follow the nodes.
+The parametric coordinates xi of a particle are its state, not a function of x: they are found once
+and never change while particle and nodes move with the same functions. Values are then constant and
+only gradients follow the nodes.
 """
 
 import numpy as np
@@ -86,7 +87,9 @@ class MovingQuads:
         self._store(stored, derivative, cell, xi)
         return stored
 
-    def _store(self, stored: Stencils, derivative: np.ndarray, cell: np.ndarray, xi: np.ndarray) -> None:
+    def _store(
+        self, stored: Stencils, derivative: np.ndarray, cell: np.ndarray, xi: np.ndarray
+    ) -> None:
         stored.index[:] = self.cells[cell]
         fill_parametric(self.axes, self.corners, xi, stored.phi, derivative)
         self._push(stored, derivative)
@@ -108,7 +111,9 @@ class MovingQuads:
         cell, xi = np.zeros(len(x), dtype=np.int64), np.zeros((len(x), len(self.axes)))
         slack = 1e-12 * (high - low).max()
         for p, point in enumerate(x):
-            for c in np.flatnonzero(np.all((low - slack <= point) & (point <= high + slack), axis=1)):
+            for c in np.flatnonzero(
+                np.all((low - slack <= point) & (point <= high + slack), axis=1)
+            ):
                 xi[p] = invert_map(self.axes, corners[c], point)
                 if np.all(np.abs(xi[p] - 0.5) <= 0.5 + 1e-9):
                     cell[p] = c
@@ -162,5 +167,7 @@ def _cell_nodes(box: Box) -> np.ndarray:
     numbers = np.arange(int(np.prod(shape))).reshape(shape)
     parts = []
     for corner in np.ndindex(*(2,) * box.dimension):
-        parts.append(numbers[tuple(slice(c, c + n) for c, n in zip(corner, box.cells, strict=True))].ravel())
+        parts.append(
+            numbers[tuple(slice(c, c + n) for c, n in zip(corner, box.cells, strict=True))].ravel()
+        )
     return np.stack(parts, axis=1)

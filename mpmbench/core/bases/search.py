@@ -1,7 +1,7 @@
 """Which nodes can be seen from a point: cells that list, in ascending order, every node whose support reaches them.
 
-A point reads one list and is done, whatever the sizes of the supports; the order of the neighbours, and so every sum
-over them, does not depend on how the nodes were found.
+A point reads one list and is done, whatever the sizes of the supports; the order of the neighbours,
+and so every sum over them, does not depend on how the nodes were found.
 """
 
 from typing import NamedTuple
@@ -59,8 +59,8 @@ def cell_of(buckets, dimension, x, p):  # type: ignore[no-untyped-def]
 def _visit(buckets, nodes, support, low, high, gap, write):  # type: ignore[no-untyped-def]
     """Walk over all cells that each support reaches: count them in ``first[c + 1]``, or write the entries.
 
-    Counting before writing costs a second walk and spares every guess about the lengths of the lists. `low`, `high`
-    and `gap` are working memory of three entries.
+    Counting before writing costs a second walk and spares every guess about the lengths of the
+    lists. `low`, `high` and `gap` are working memory of three entries.
     """
     low[:] = 0
     high[:] = 0
@@ -79,7 +79,9 @@ def _visit(buckets, nodes, support, low, high, gap, write):  # type: ignore[no-u
                         left = buckets.lower[d] + place * buckets.size[d]
                         gap[d] = max(left - nodes[i, d], nodes[i, d] - left - buckets.size[d], 0.0)
                         distance += gap[d] * gap[d]
-                    if distance <= reach * reach or reach == 0.0:  # a node without support is in its own cell
+                    if (
+                        distance <= reach * reach or reach == 0.0
+                    ):  # a node without support is in its own cell
                         cell = (a * buckets.cells[1] + b) * buckets.cells[2] + c
                         if write:
                             buckets.entry[buckets.first[cell]] = i
@@ -94,7 +96,8 @@ def fill_buckets(buckets: Buckets, nodes: np.ndarray, support: np.ndarray) -> Bu
     Parameters
     ----------
     buckets : Buckets
-        Filled in place; its number of cells stays, their size follows the bounding box of the nodes.
+        Filled in place; its number of cells stays, their size follows the bounding box of the
+        nodes.
     nodes, support : ndarray
         Positions [m], shape (N, dim), and radii of the supports [m], shape (N,).
 
@@ -113,7 +116,9 @@ def fill_buckets(buckets: Buckets, nodes: np.ndarray, support: np.ndarray) -> Bu
     _visit(buckets, nodes, support, *work, False)
     np.cumsum(buckets.first, out=buckets.first)
     if buckets.first[-1] > len(buckets.entry):
-        buckets = buckets._replace(entry=np.zeros(int(1.25 * buckets.first[-1]) + 16, dtype=np.int32))
+        buckets = buckets._replace(
+            entry=np.zeros(int(1.25 * buckets.first[-1]) + 16, dtype=np.int32)
+        )
     _visit(buckets, nodes, support, *work, True)
     buckets.first[1:] = buckets.first[:-1].copy()  # writing has advanced each start to the next
     buckets.first[0] = 0

@@ -1,6 +1,7 @@
 """Linear functions on the simplices of a triangulation whose nodes move one by one: linear finite elements.
 
-Barycentric coordinates of a particle are its state, as are the parametric coordinates on quads (`quads`).
+Barycentric coordinates of a particle are its state, as are the parametric coordinates on quads
+(`quads`).
 """
 
 import numpy as np
@@ -66,7 +67,9 @@ class MovingSimplices:
     def _find(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Simplex and barycentric coordinates of points, shapes (n,) and (n, dim + 1)."""
         corners, inverse = self.nodes[self.simplices[:, 0]], np.linalg.inv(self._edges())
-        _, nearest = cKDTree(self.nodes[self.simplices].mean(axis=1)).query(x, k=min(NEAREST, len(corners)))
+        _, nearest = cKDTree(self.nodes[self.simplices].mean(axis=1)).query(
+            x, k=min(NEAREST, len(corners))
+        )
         nearest = np.asarray(nearest).reshape(len(x), -1)
         best, weights = self._best(x, corners, inverse, nearest)
         for p in np.flatnonzero(weights.min(axis=1) < -INSIDE):
@@ -111,7 +114,10 @@ class FixedSimplices(MovingSimplices):
     def __init__(self, cloud: Cloud, particles: int) -> None:
         super().__init__(cloud, particles)
         self._tree = cKDTree(self.nodes[self.simplices].mean(axis=1))
-        self._corners, self._inverse = self.nodes[self.simplices[:, 0]], np.linalg.inv(self._edges())
+        self._corners, self._inverse = (
+            self.nodes[self.simplices[:, 0]],
+            np.linalg.inv(self._edges()),
+        )
         self._upper, self._lower = self.nodes.max(axis=0), self.nodes.min(axis=0)
         self.simplex = np.zeros(particles, dtype=np.int64)
 
@@ -142,7 +148,9 @@ class FixedSimplices(MovingSimplices):
             best[moved], weights[moved] = self._best(x[moved], self._corners, self._inverse, near)
         for p in np.flatnonzero(~(weights.min(axis=1) >= -INSIDE)):
             everywhere = np.arange(len(self._corners))[None, :]
-            best[p : p + 1], weights[p : p + 1] = self._best(x[p : p + 1], self._corners, self._inverse, everywhere)
+            best[p : p + 1], weights[p : p + 1] = self._best(
+                x[p : p + 1], self._corners, self._inverse, everywhere
+            )
             if not weights[p].min() >= -INSIDE:
                 raise BrokeDown(f"point {p} at {x[p]} m is outside all simplices")
         return best, weights

@@ -1,16 +1,25 @@
 """Tensor-product splines of any degree on axis-aligned knots: the handle behind `linear` and `bspline`.
 
 On each knot span the d + 1 functions that are not zero are polynomials in the local coordinate
-``t = (x - b_s) / (b_{s+1} - b_s)``. Their coefficients are tabulated per span (again after the knots have moved), so
-that a point costs no division and nothing is stored per particle. Sums over the functions at a point are taken axis by
-axis.
+``t = (x - b_s) / (b_{s+1} - b_s)``. Their coefficients are tabulated per span (again after the
+knots have moved), so that a point costs no division and nothing is stored per particle. Sums over
+the functions at a point are taken axis by axis.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from mpmbench.core.bases.handle import Stencils, count, index, interpolate, locate, scratch, spread, value
+from mpmbench.core.bases.handle import (
+    Stencils,
+    count,
+    index,
+    interpolate,
+    locate,
+    scratch,
+    spread,
+    value,
+)
 from mpmbench.core.bases.knots import advect, tabulate
 from mpmbench.core.compiled import implements, inlined, kernel, matrix, vector
 from mpmbench.core.errors import BrokeDown
@@ -24,13 +33,16 @@ class TensorGrid(NamedTuple):
     Attributes
     ----------
     axes : tuple of float
-        One entry per dimension; the inverse spacing [1/m] of the initial uniform knots, which finds a span.
+        One entry per dimension; the inverse spacing [1/m] of the initial uniform knots, which finds
+        a span.
     order : tuple of float
         degree + 1 entries (values unused; the length is known to the compiler).
     lanes : tuple of float
-        As long as the rows of `coefficients`: degree + 1, rounded up to what a processor handles at once.
+        As long as the rows of `coefficients`: degree + 1, rounded up to what a processor handles at
+        once.
     moving : tuple of float
-        One entry where knots move, none where they stay uniform: the compiler then leaves out the search for the span.
+        One entry where knots move, none where they stay uniform: the compiler then leaves out the
+        search for the span.
     shape : ndarray of int
         Number of functions along each axis, shape (dim,).
     breaks : ndarray
@@ -38,7 +50,8 @@ class TensorGrid(NamedTuple):
     inverse_width : ndarray
         1 / span width [1/m], shape (dim, A).
     coefficients : ndarray
-        ``coefficients[axis, span, k, a]`` multiplies t^k in the a-th function, shape (dim, A, degree + 1, lanes).
+        ``coefficients[axis, span, k, a]`` multiplies t^k in the a-th function, shape (dim, A,
+        degree + 1, lanes).
     """
 
     axes: tuple[float, ...]
@@ -89,7 +102,9 @@ def _locate(grid, x, p, work):  # type: ignore[no-untyped-def]
         polynomials = grid.coefficients[d, s]
         set_multiple(grid.lanes, phi, d, 1.0, polynomials, order - 1)
         set_multiple(grid.lanes, derivative, d, 0.0, polynomials, order - 1)
-        for k in range(order - 2, -1, -1):  # Horner's scheme for all functions and their derivatives
+        for k in range(
+            order - 2, -1, -1
+        ):  # Horner's scheme for all functions and their derivatives
             multiply_and_add(grid.lanes, derivative, d, t, phi, d)
             multiply_and_add(grid.lanes, phi, d, t, polynomials, k)
         set_multiple(grid.lanes, derivative, d, scale, derivative, d)

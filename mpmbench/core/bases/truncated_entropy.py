@@ -1,7 +1,8 @@
 """Local max-ent functions of a point's nearest nodes: the Gaussian is cut off at the search radius (Iaconeta 2017).
 
-``N_I = exp(-beta |dx_I|^2 + lambda . dx_I) / Z`` with ``dx_I = x_I - x`` and the lambda that minimises log Z. The cut
-makes values jump when a node enters or leaves a cloud, by exp(-beta R^2): 2.7 % with gamma = 1.8 and R = sqrt(2) h.
+``N_I = exp(-beta |dx_I|^2 + lambda . dx_I) / Z`` with ``dx_I = x_I - x`` and the lambda that
+minimises log Z. The cut makes values jump when a node enters or leaves a cloud, by exp(-beta R^2):
+2.7 % with gamma = 1.8 and R = sqrt(2) h.
 """
 
 import math
@@ -16,10 +17,14 @@ from mpmbench.core.compiled import kernel, matrix, vector
 
 PROMISES = Promises(kronecker="hull", continuous_gradient=False, gradient_on_hull=False)
 LARGEST_CONDITION = 1e6  # of the Hessian of log Z; beyond it the cloud takes in another node
-ITERATIONS = 200  # multipliers of points on the hull are infinite: each step takes them a little farther
+ITERATIONS = (
+    200  # multipliers of points on the hull are infinite: each step takes them a little farther
+)
 
 
-def truncated_basis(nodes: np.ndarray, particles: int, radius: float, beta: float, tolerance: float) -> CloudBasis:
+def truncated_basis(
+    nodes: np.ndarray, particles: int, radius: float, beta: float, tolerance: float
+) -> CloudBasis:
     """Local max-ent functions with locality `beta` [1/m^2] of the nodes closer than `radius` [m]; fulfils `Basis`.
 
     `tolerance` is the largest ``|sum_I N_I dx_I|`` over the radius.
@@ -37,7 +42,9 @@ def truncated_basis(nodes: np.ndarray, particles: int, radius: float, beta: floa
         stored: Stencils,
         failed: np.ndarray,
     ) -> None:
-        fill_points(axes, nodes, x, points, near, count, beta, tolerance * radius, strict, stored, failed)
+        fill_points(
+            axes, nodes, x, points, near, count, beta, tolerance * radius, strict, stored, failed
+        )
 
     return CloudBasis(nodes, particles, radius, nodes.shape[1] + 1, fill, PROMISES)
 
@@ -85,8 +92,8 @@ def length(axes, r):  # type: ignore[no-untyped-def]
 def minimise(axes, dx, found, beta, tolerance, multiplier, weight, H):  # type: ignore[no-untyped-def]
     """Newton's method with backtracking for the multipliers; whether the residual has met the tolerance [m].
 
-    One step is taken beyond it, because gradients lose half of the digits. Only the residual is asked: at points on the
-    hull the multipliers have no limit, but the functions do.
+    One step is taken beyond it, because gradients lose half of the digits. Only the residual is
+    asked: at points on the hull the multipliers have no limit, but the functions do.
     """
     r, step, start = vector(axes), vector(axes), vector(axes)
     inverse_H = matrix(axes, axes)
@@ -141,7 +148,8 @@ def fill_points(axes, nodes, x, points, near, count, beta, tolerance, strict, st
         size, inverse_size = 0.0, 0.0
         for d in range(dim):
             size += H[d, d]
-        # points on the hull: the gradient is that of a Hessian with a floor, and its use there is limited
+        # points on the hull: the gradient is that of a Hessian with a floor, and its use there is
+        # limited
         floor = 1e-14 * size
         for d in range(dim):
             H[d, d] += floor

@@ -11,8 +11,9 @@ from mpmbench.core.materials import kirchhoff_stress
 def equilibrium(law, phi, V0, F_old, state_old, du, F, state, tau, force, tangent, slot, blocks):  # type: ignore[no-untyped-def]
     """Add the internal force and, if wanted, its derivative by the increment of displacement.
 
-    ``f_I += sum_p V0_p tau_p grad N_I`` and ``K_IJ += sum_p V0_p grad N_I . a_p . grad N_J`` with the moduli a of
-    `kirchhoff_stress`, which hold the geometric part too (Iaconeta 2017, Eqs. 30-36, with reference volumes).
+    ``f_I += sum_p V0_p tau_p grad N_I`` and ``K_IJ += sum_p V0_p grad N_I . a_p . grad N_J`` with
+    the moduli a of `kirchhoff_stress`, which hold the geometric part too (Iaconeta 2017, Eqs.
+    30-36, with reference volumes).
 
     Parameters
     ----------

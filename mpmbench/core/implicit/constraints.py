@@ -1,6 +1,7 @@
 """Dirichlet conditions at points, for functions that do not interpolate: ``sum_I N_I(x_d) u_I`` is prescribed.
 
-The points are the initial places of the fixed nodes; they move with the material along free components.
+The points are the initial places of the fixed nodes; they move with the material along free
+components.
 """
 
 from dataclasses import dataclass
@@ -27,7 +28,8 @@ class HeldPoints:
     phi : Stencils
         Functions at the points at the start of the step.
     multiplier : ndarray
-        Forces that hold the points, per condition, with the sign of the displacement they oppose [N], shape (C,).
+        Forces that hold the points, per condition, with the sign of the displacement they oppose
+        [N], shape (C,).
     """
 
     X: np.ndarray
@@ -44,7 +46,9 @@ class HeldPoints:
         chosen = np.flatnonzero(fixed.any(axis=1))
         point, component = np.nonzero(fixed[chosen])
         x = basis.nodes[chosen].copy()
-        return cls(x.copy(), x, np.zeros_like(x), point, component, basis.evaluate(x), np.zeros(len(point)))
+        return cls(
+            x.copy(), x, np.zeros_like(x), point, component, basis.evaluate(x), np.zeros(len(point))
+        )
 
     def matrix(self, pattern: Pattern, dim: int) -> csr_matrix:
         """``G``, shape (C, A dim): ``G u`` are the held displacements."""
@@ -55,7 +59,9 @@ class HeldPoints:
             column.append(pattern.row[self.phi.index[d, :k]] * dim + component)
             value.append(self.phi.phi[d, :k])
         shape = (len(self.point), len(pattern.active) * dim)
-        return csr_matrix((np.concatenate(value), (np.concatenate(row), np.concatenate(column))), shape=shape)
+        return csr_matrix(
+            (np.concatenate(value), (np.concatenate(row), np.concatenate(column))), shape=shape
+        )
 
 
 @kernel

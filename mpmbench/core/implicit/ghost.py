@@ -1,7 +1,7 @@
 """Ghost stiffness: a faint elastic skeleton of the cells in use, which holds nodes that few particles see.
 
-``eps E int grad N_I . grad N_J`` over the cells with particles acts on the increment of displacement; eps is the key
-``method.ghost_stiffness``.
+``eps E int grad N_I . grad N_J`` over the cells with particles acts on the increment of
+displacement; eps is the key ``method.ghost_stiffness``.
 """
 
 from dataclasses import dataclass
@@ -45,7 +45,9 @@ class GhostSimplices:
         """The simplices that the points of `phi` are in."""
         simplex, point = np.unique(self._basis.simplex, return_index=True)
         gradient = phi.grad_phi[point]
-        return GhostCells(point, np.einsum("c,ckd,cnd->ckn", self._volume[simplex], gradient, gradient))
+        return GhostCells(
+            point, np.einsum("c,ckd,cnd->ckn", self._volume[simplex], gradient, gradient)
+        )
 
 
 def ghost_of(basis: Basis) -> "GhostGrid | GhostSimplices":
@@ -60,7 +62,9 @@ def ghost_of(basis: Basis) -> "GhostGrid | GhostSimplices":
         return GhostGrid(basis)
     if isinstance(basis, FixedSimplices):
         return GhostSimplices(basis)
-    raise NotApplicable("method.ghost_stiffness > 0 needs a background grid: basis=linear or bspline")
+    raise NotApplicable(
+        "method.ghost_stiffness > 0 needs a background grid: basis=linear or bspline"
+    )
 
 
 class GhostGrid:

@@ -29,7 +29,9 @@ class Room:
         return self._values[: rows * columns].reshape(rows, columns)
 
 
-def factorise(pattern: Pattern, blocks: np.ndarray, fixed: np.ndarray, room: Room | None = None) -> Solve:
+def factorise(
+    pattern: Pattern, blocks: np.ndarray, fixed: np.ndarray, room: Room | None = None
+) -> Solve:
     """Factorise the matrix without its fixed rows and columns.
 
     Parameters
@@ -45,7 +47,8 @@ def factorise(pattern: Pattern, blocks: np.ndarray, fixed: np.ndarray, room: Roo
     Returns
     -------
     callable
-        ``solve(rhs)`` for right-hand sides of shape (A dim,) or (A dim, n); entries of fixed components are ignored.
+        ``solve(rhs)`` for right-hand sides of shape (A dim,) or (A dim, n); entries of fixed
+        components are ignored.
 
     Raises
     ------
@@ -68,7 +71,9 @@ def _masked(solve: Solve, left_out: np.ndarray) -> Solve:
     return masked
 
 
-def _cholesky(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray, room: Room) -> Solve | None:
+def _cholesky(
+    pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray, room: Room
+) -> Solve | None:
     """Banded Cholesky; None when the matrix is not stored as symmetric or not positive definite."""
     if not pattern.lower:
         return None
@@ -96,8 +101,12 @@ def _band(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray, room: Room
 
 def _sparse(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray) -> Solve:
     dim = blocks.shape[1]
-    i = (pattern.block_row[:, None, None] * dim + np.arange(dim)[:, None]) + np.zeros_like(blocks, dtype=np.int64)
-    j = (pattern.column[:, None, None] * dim + np.arange(dim)) + np.zeros_like(blocks, dtype=np.int64)
+    i = (pattern.block_row[:, None, None] * dim + np.arange(dim)[:, None]) + np.zeros_like(
+        blocks, dtype=np.int64
+    )
+    j = (pattern.column[:, None, None] * dim + np.arange(dim)) + np.zeros_like(
+        blocks, dtype=np.int64
+    )
     value = np.where(left_out[i] | left_out[j], 0.0, blocks)
     rows, columns, values = i.ravel(), j.ravel(), value.ravel()
     if pattern.lower:

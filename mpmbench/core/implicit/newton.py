@@ -12,10 +12,16 @@ from mpmbench.core.implicit.linear import block_product, factorise, product
 from mpmbench.core.implicit.workspace import Workspace
 from mpmbench.core.state import State
 
-STIFFENINGS = (0.0, 0.1, 1.0)  # what each attempt adds to the tangent at the start, in Young's moduli
+STIFFENINGS = (
+    0.0,
+    0.1,
+    1.0,
+)  # what each attempt adds to the tangent at the start, in Young's moduli
 PATIENCE = 8  # iterations without a smaller residual, after which an attempt is given up: it goes in circles
 SHORTEST_STEP = 2.0**-12  # a Newton step that must be shortened more than this leads nowhere
-SHORTEST_SEARCH = 0.1  # below this fraction of a step, the line search takes the best that it has seen
+SHORTEST_SEARCH = (
+    0.1  # below this fraction of a step, the line search takes the best that it has seen
+)
 GROWTH = 2.0  # from the second step on, the residual may grow by this factor; the first one may do as it likes
 
 
@@ -30,7 +36,8 @@ class Inertia:
     start : ndarray
         The part that does not depend on the increment [m/s^2], shape (N, dim).
     mass : ndarray
-        Consistent mass by blocks of the pattern [kg], shape (blocks,); lumped masses stand on the diagonal.
+        Consistent mass by blocks of the pattern [kg], shape (blocks,); lumped masses stand on the
+        diagonal.
     """
 
     coefficient: float
@@ -41,7 +48,9 @@ class Inertia:
 class Equations:
     """Residual and tangent of one step as functions of the increment du, shape (N, dim)."""
 
-    def __init__(self, s: State, w: Workspace, external: np.ndarray, dt: float, inertia: Inertia | None) -> None:
+    def __init__(
+        self, s: State, w: Workspace, external: np.ndarray, dt: float, inertia: Inertia | None
+    ) -> None:
         assert w.pattern is not None
         self.s, self.w, self.external, self.inertia = s, w, external, inertia
         self.pattern = w.pattern
@@ -55,7 +64,9 @@ class Equations:
         if w.held is not None:
             self.G = w.held.matrix(self.pattern, dim)
             self.wanted = self._prescribed(s.time + dt)
-            self.penalty = self.young_modulus * (s.choices.penalty if s.choices.dirichlet == "penalty" else 1.0)
+            self.penalty = self.young_modulus * (
+                s.choices.penalty if s.choices.dirichlet == "penalty" else 1.0
+            )
 
     def _increments(self, dt: float) -> np.ndarray:
         """Increments that the fixed components should make [m], shape (A, dim); zero elsewhere."""
@@ -110,12 +121,24 @@ class Equations:
         if w.ghost is not None:
             stiffness = self.s.choices.ghost_stiffness * self.young_modulus
             ghost = np.zeros_like(residual)
-            add_ghost(w.phi, w.ghost.point, w.ghost.laplace, stiffness, du, ghost, True, pattern.slot, self.blocks)
+            add_ghost(
+                w.phi,
+                w.ghost.point,
+                w.ghost.laplace,
+                stiffness,
+                du,
+                ghost,
+                True,
+                pattern.slot,
+                self.blocks,
+            )
             residual -= ghost
         if self.inertia is not None:
             a = (self.inertia.coefficient * du + self.inertia.start)[pattern.active]
             mass = self.inertia.mass
-            residual[pattern.active] -= product(pattern.start, pattern.column, mass, pattern.lower, a)
+            residual[pattern.active] -= product(
+                pattern.start, pattern.column, mass, pattern.lower, a
+            )
             for d in range(du.shape[1]):
                 self.blocks[:, d, d] += self.inertia.coefficient * mass
         if w.held is not None:
@@ -129,7 +152,9 @@ class Equations:
     def stiffen(self, stiffening: float) -> None:
         """Add the stiffness of a Laplacian, in Young's moduli, to the tangent only."""
         stiffness = stiffening * self.young_modulus
-        assembly.add_laplacian(self.w.phi, self.s.particles.V0, stiffness, self.pattern.slot, self.blocks)
+        assembly.add_laplacian(
+            self.w.phi, self.s.particles.V0, stiffness, self.pattern.slot, self.blocks
+        )
 
     def correction(self, du: np.ndarray, residual: np.ndarray) -> np.ndarray:
         """``K^-1 r``, shape (N, dim); multipliers are brought up to date."""
@@ -138,9 +163,15 @@ class Equations:
         right = residual[self.pattern.active].ravel()
         if left.any():
             pattern = self.pattern
-            right = right - block_product(pattern.start, pattern.column, self.blocks, pattern.lower, left).ravel()
+            right = (
+                right
+                - block_product(
+                    pattern.start, pattern.column, self.blocks, pattern.lower, left
+                ).ravel()
+            )
         if self.w.held is not None and self.s.choices.dirichlet == "multipliers":
-            # the penalty G^T G in the matrix changes nothing on the constraint, and makes it definite
+            # the penalty G^T G in the matrix changes nothing on the constraint, and makes it
+            # definite
             right = right - self.penalty * (self.G.T @ self.gap(du))
             change, response = solve(right), solve(self.G.T.toarray())
             force = np.linalg.solve(self.G @ response, self.G @ change + self.gap(du))
@@ -169,7 +200,8 @@ class Equations:
 def equilibrate(s: State, equations: Equations) -> tuple[np.ndarray, np.ndarray]:
     """Newton's iteration from rest; returns the increment [m] and the residual [N], shapes (N, dim).
 
-    Where it fails it starts again with a stiffer tangent. Norms relative to the external force are recorded.
+    Where it fails it starts again with a stiffer tangent. Norms relative to the external force are
+    recorded.
 
     Raises
     ------
@@ -197,15 +229,19 @@ def equilibrate(s: State, equations: Equations) -> tuple[np.ndarray, np.ndarray]
     raise AssertionError("the last attempt returns or raises")
 
 
-def newton(s: State, equations: Equations, du: np.ndarray, stiffening: float, norms: list[float]) -> np.ndarray:
+def newton(
+    s: State, equations: Equations, du: np.ndarray, stiffening: float, norms: list[float]
+) -> np.ndarray:
     """Newton's iteration; returns the residual.
 
-    A step that turns a particle inside out is halved; so is one that makes the residual grow, except the first: a
-    rotation makes membrane stress, which the second step removes. Relative norms on the way are added to `norms`.
+    A step that turns a particle inside out is halved; so is one that makes the residual grow,
+    except the first: a rotation makes membrane stress, which the second step removes. Relative
+    norms on the way are added to `norms`.
 
-    A particle at the apex of a yield surface has no stiffness, and nodes that only it holds are thrown far away. With
-    `stiffening` the tangent has more, in proportion to the residual, so that the last steps are Newton's own and
-    converge quadratically (Fan and Yuan 2005, on the Levenberg-Marquardt method).
+    A particle at the apex of a yield surface has no stiffness, and nodes that only it holds are
+    thrown far away. With `stiffening` the tangent has more, in proportion to the residual, so that
+    the last steps are Newton's own and converge quadratically (Fan and Yuan 2005, on the
+    Levenberg-Marquardt method).
     """
     residual = equations.residual(du)
     if residual is None:
@@ -214,7 +250,10 @@ def newton(s: State, equations: Equations, du: np.ndarray, stiffening: float, no
     norms.append(equations.size(du, residual) / reference)
     while norms[-1] > s.choices.residual_tolerance:
         iterations = len(norms) - 1
-        if iterations == s.choices.max_iterations or iterations - int(np.argmin(norms[1:] or [0.0])) > PATIENCE:
+        if (
+            iterations == s.choices.max_iterations
+            or iterations - int(np.argmin(norms[1:] or [0.0])) > PATIENCE
+        ):
             raise NotConverged(
                 f"Newton's iteration: residual {norms[-1]:.2e} of the external force after {iterations} iterations; "
                 f"{s.choices.residual_tolerance:.1e} is wanted"
@@ -229,7 +268,9 @@ def newton(s: State, equations: Equations, du: np.ndarray, stiffening: float, no
     return residual
 
 
-def search_line(equations: Equations, du: np.ndarray, change: np.ndarray, allowed: float) -> np.ndarray:
+def search_line(
+    equations: Equations, du: np.ndarray, change: np.ndarray, allowed: float
+) -> np.ndarray:
     """Add as much of `change` to `du` as leaves the residual within `allowed` [N]; returns the residual there."""
     fraction, best, best_size = 1.0, 0.0, np.inf
     start = du.copy()
@@ -247,5 +288,7 @@ def search_line(equations: Equations, du: np.ndarray, change: np.ndarray, allowe
             assert residual is not None
             return residual
         if fraction < SHORTEST_STEP:
-            raise NotConverged("Newton's iteration: every step along its direction turns a particle inside out")
+            raise NotConverged(
+                "Newton's iteration: every step along its direction turns a particle inside out"
+            )
         fraction *= 0.5

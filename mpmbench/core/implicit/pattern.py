@@ -22,8 +22,8 @@ class Pattern:
     start, column : ndarray of int
         Row r owns the blocks ``start[r] : start[r + 1]``, in the columns of `column`, ascending.
     slot : ndarray of int
-        Block to which node pair (k, l) of point p contributes, shape (points, K, K); -1 for those above the diagonal
-        when only the lower half is stored.
+        Block to which node pair (k, l) of point p contributes, shape (points, K, K); -1 for those
+        above the diagonal when only the lower half is stored.
     band : int
         Largest distance of a block from the diagonal, in rows of blocks.
     lower : bool
@@ -57,8 +57,8 @@ def build_pattern(size: np.ndarray, index: np.ndarray, nodes: np.ndarray, lower:
     size, index : ndarray of int
         Shapes (points,) and (points, K).
     nodes : ndarray
-        Node positions [m], shape (N, dim): rows are numbered along the longest side of the active nodes, or by reverse
-        Cuthill-McKee where that makes the band narrower.
+        Node positions [m], shape (N, dim): rows are numbered along the longest side of the active
+        nodes, or by reverse Cuthill-McKee where that makes the band narrower.
     lower : bool
         Store the lower half only.
     """
@@ -66,7 +66,8 @@ def build_pattern(size: np.ndarray, index: np.ndarray, nodes: np.ndarray, lower:
     mark_used(size, index, used)
     active = np.flatnonzero(used)
     extent = np.ptp(nodes[active], axis=0)
-    # ties are broken by the other coordinates, shortest side fastest; rounding hides the noise of moved nodes
+    # ties are broken by the other coordinates, shortest side fastest; rounding hides the noise of
+    # moved nodes
     step = 1e-9 * max(float(extent.max()), 1e-300)
     order = np.lexsort([np.round(nodes[active, d] / step) for d in np.argsort(extent)])
     active = active[order]
@@ -79,7 +80,9 @@ def build_pattern(size: np.ndarray, index: np.ndarray, nodes: np.ndarray, lower:
     return pattern
 
 
-def _pattern(size: np.ndarray, index: np.ndarray, active: np.ndarray, nodes: int, lower: bool) -> Pattern:
+def _pattern(
+    size: np.ndarray, index: np.ndarray, active: np.ndarray, nodes: int, lower: bool
+) -> Pattern:
     row = np.full(nodes, -1, dtype=np.int64)
     row[active] = np.arange(len(active))
     first, member = points_of_rows(size, index, row, len(active))

@@ -42,7 +42,9 @@ def prepare(s: State) -> Workspace:
     w: Workspace | None = s.workspace
     if w is None:
         width = s.basis.evaluate(p.x[:1]).index.shape[1]
-        w = Workspace(Stencils.empty(len(p.x), width, p.dimension), p.F.copy(), p.state.copy(), p.sigma.copy())
+        w = Workspace(
+            Stencils.empty(len(p.x), width, p.dimension), p.F.copy(), p.state.copy(), p.sigma.copy()
+        )
         if s.choices.ghost_stiffness > 0.0:
             w.ghost_grid = ghost_of(s.basis)
         if s.choices.dirichlet != "direct" and s.fixed.any():
@@ -60,7 +62,11 @@ def prepare(s: State) -> Workspace:
     if w.held is not None:
         w.held.phi = s.basis.evaluate(w.held.x)
         size, index = np.append(size, w.held.phi.size), _stacked(index, w.held.phi.index)
-    same = w.pattern is not None and np.array_equal(size, w.pattern_of[0]) and np.array_equal(index, w.pattern_of[1])
+    same = (
+        w.pattern is not None
+        and np.array_equal(size, w.pattern_of[0])
+        and np.array_equal(index, w.pattern_of[1])
+    )
     if not same:
         w.pattern = build_pattern(size, index, s.basis.nodes, s.material.symmetric_tangent)
         w.pattern_of = size, index.copy()
@@ -70,7 +76,9 @@ def prepare(s: State) -> Workspace:
 def _stacked(above: np.ndarray, below: np.ndarray) -> np.ndarray:
     """Two lists of node numbers as one, the narrower one padded."""
     width = max(above.shape[1], below.shape[1])
-    return np.vstack([np.pad(part, ((0, 0), (0, width - part.shape[1]))) for part in (above, below)])
+    return np.vstack(
+        [np.pad(part, ((0, 0), (0, width - part.shape[1]))) for part in (above, below)]
+    )
 
 
 def external_force(s: State, w: Workspace, time: float) -> np.ndarray:

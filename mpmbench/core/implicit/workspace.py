@@ -36,4 +36,6 @@ class Workspace:
     ghost: GhostCells | None = None
     held: HeldPoints | None = None
     room: Room = field(default_factory=Room)
-    pattern_of: tuple[np.ndarray, np.ndarray] = field(default_factory=lambda: (np.zeros(0), np.zeros(0)))
+    pattern_of: tuple[np.ndarray, np.ndarray] = field(
+        default_factory=lambda: (np.zeros(0), np.zeros(0))
+    )

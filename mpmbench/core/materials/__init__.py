@@ -1,7 +1,7 @@
 """Constitutive laws: one file per law.
 
-A plug-in is a dataclass of its settings, registered with ``@register("material", name)``; its `law` is a NamedTuple of
-numbers for which the file implements `cauchy_stress` and `energy_density`.
+A plug-in is a dataclass of its settings, registered with ``@register("material", name)``; its `law`
+is a NamedTuple of numbers for which the file implements `cauchy_stress` and `energy_density`.
 """
 
 from typing import Any, ClassVar, Protocol
@@ -10,7 +10,13 @@ import numpy as np
 
 
 def cauchy_stress(
-    law: Any, axes: Any, F: np.ndarray, L: np.ndarray, dt: float, state: np.ndarray, sigma: np.ndarray
+    law: Any,
+    axes: Any,
+    F: np.ndarray,
+    L: np.ndarray,
+    dt: float,
+    state: np.ndarray,
+    sigma: np.ndarray,
 ) -> None:
     """Write the Cauchy stress [Pa] to `sigma`, shape (dim, dim), and the new history to `state`.
 
@@ -21,7 +27,8 @@ def cauchy_stress(
     axes : tuple
         As many entries as there are dimensions; the missing ones are in plane strain (F = 1).
     F, L : ndarray
-        New deformation gradient and velocity gradient [1/s] (zero unless `rate_dependent`), shape (dim, dim).
+        New deformation gradient and velocity gradient [1/s] (zero unless `rate_dependent`), shape
+        (dim, dim).
     dt : float
         Time step [s].
     state : ndarray
@@ -42,8 +49,9 @@ def kirchhoff_stress(
 ) -> None:
     """Write the Kirchhoff stress [Pa], its spatial moduli [Pa] and the new history.
 
-    The moduli are those of the first Piola-Kirchhoff stress pushed forward, ``dP F^T = a : grad du``, so that
-    ``a_icjd = c_icjd + delta_ij tau_cd`` with the moduli c of the Lie derivative of tau; the geometric part is in them.
+    The moduli are those of the first Piola-Kirchhoff stress pushed forward, ``dP F^T = a : grad
+    du``, so that ``a_icjd = c_icjd + delta_ij tau_cd`` with the moduli c of the Lie derivative of
+    tau; the geometric part is in them.
 
     Parameters
     ----------
@@ -69,8 +77,12 @@ class Material(Protocol):
 
     density: float  # kg/m^3
     history: ClassVar[int]  # number of history variables per particle
-    rate_dependent: ClassVar[bool]  # the stress depends on the velocity gradient, which is then kept per particle
-    symmetric: ClassVar[bool]  # the Cauchy stress is symmetric and objective: angular momentum is conserved
+    rate_dependent: ClassVar[
+        bool
+    ]  # the stress depends on the velocity gradient, which is then kept per particle
+    symmetric: ClassVar[
+        bool
+    ]  # the Cauchy stress is symmetric and objective: angular momentum is conserved
     conserves_energy: ClassVar[bool]  # the work of the stress is stored
     symmetric_tangent: Any  # the moduli have major symmetry (bool)
 

@@ -1,6 +1,7 @@
 """Elastic without shear stiffness: ``sigma = K ln(J) I``, in 1D the bar ``P = E ln J`` of Li 2009, section 4.2.1.
 
-Its tangent modulus ``dP/dJ = K / J`` falls with stretch: a bar of it shows the tensile instability early.
+Its tangent modulus ``dP/dJ = K / J`` falls with stretch: a bar of it shows the tensile instability
+early.
 """
 
 from dataclasses import dataclass
@@ -43,7 +44,9 @@ class ElasticFluid:
     symmetric_tangent: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        require(self.bulk_modulus > 0.0, "bulk_modulus", self.bulk_modulus, "a positive number [Pa]")
+        require(
+            self.bulk_modulus > 0.0, "bulk_modulus", self.bulk_modulus, "a positive number [Pa]"
+        )
         require(self.density > 0.0, "density", self.density, "a positive number [kg/m^3]")
 
     @property
@@ -75,7 +78,9 @@ def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignor
             for j in range(dim):
                 for d in range(dim):
                     value = pressure + law.bulk * J if i == c and j == d else 0.0
-                    if i == d and c == j:  # the other half of -2 tau I_sym cancels the geometric part
+                    if (
+                        i == d and c == j
+                    ):  # the other half of -2 tau I_sym cancels the geometric part
                         value -= pressure
                     moduli[i, c, j, d] = value
 

@@ -52,7 +52,12 @@ def _principal(law, axes, F, strain, tau, vectors):  # type: ignore[no-untyped-d
 
 @implements(kirchhoff_stress, HenckyLaw)
 def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignore[no-untyped-def]
-    strain, principal, vectors, D = vector(THREE), vector(THREE), matrix(THREE, THREE), matrix(THREE, THREE)
+    strain, principal, vectors, D = (
+        vector(THREE),
+        vector(THREE),
+        matrix(THREE, THREE),
+        matrix(THREE, THREE),
+    )
     _principal(law, axes, F, strain, principal, vectors)
     assemble(principal, vectors, axes, tau)
     elastic_moduli(law.lame, law.shear, D)

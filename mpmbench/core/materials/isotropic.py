@@ -37,7 +37,9 @@ class IsotropicElastic:
     symmetric_tangent: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        require(self.young_modulus > 0.0, "young_modulus", self.young_modulus, "a positive number [Pa]")
+        require(
+            self.young_modulus > 0.0, "young_modulus", self.young_modulus, "a positive number [Pa]"
+        )
         allowed = "a number greater than -1 and less than 0.5"
         require(-1.0 < self.poisson_ratio < 0.5, "poisson_ratio", self.poisson_ratio, allowed)
         require(self.density > 0.0, "density", self.density, "a positive number [kg/m^3]")

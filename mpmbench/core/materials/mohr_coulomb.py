@@ -1,9 +1,10 @@
 """Mohr-Coulomb plasticity at finite strain: Hencky elasticity and a return in principal Kirchhoff stresses.
 
-Tension is positive and ``tau_1 >= tau_2 >= tau_3``. The yield function is ``f = k tau_1 - tau_3 - s`` with
-``k = (1 + sin phi) / (1 - sin phi)`` and ``s = 2 c sqrt(k)``; the flow potential has the dilatancy angle in place of
-the friction angle. Trial stresses return to the plane, to one of its two edges, or to the apex (Clausen, Damkilde and
-Andersen 2006, 2007), exactly and in one step because everything is linear in logarithmic strains.
+Tension is positive and ``tau_1 >= tau_2 >= tau_3``. The yield function is ``f = k tau_1 - tau_3 -
+s`` with ``k = (1 + sin phi) / (1 - sin phi)`` and ``s = 2 c sqrt(k)``; the flow potential has the
+dilatancy angle in place of the friction angle. Trial stresses return to the plane, to one of its
+two edges, or to the apex (Clausen, Damkilde and Andersen 2006, 2007), exactly and in one step
+because everything is linear in logarithmic strains.
 """
 
 import math
@@ -30,7 +31,13 @@ from mpmbench.core.materials.principal import (
 )
 from mpmbench.core.registry import register
 
-ELASTIC, PLANE, COMPRESSION_EDGE, EXTENSION_EDGE, APEX = 0, 1, 2, 3, 4  # where a trial stress returns to
+ELASTIC, PLANE, COMPRESSION_EDGE, EXTENSION_EDGE, APEX = (
+    0,
+    1,
+    2,
+    3,
+    4,
+)  # where a trial stress returns to
 PLASTIC_STRAIN = 6  # column of the history; those before hold b_e - I as xx, yy, zz, xy, xz, yz
 
 
@@ -68,11 +75,28 @@ class MohrCoulomb(IsotropicElastic):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require(0.0 <= self.cohesion < math.inf, "cohesion", self.cohesion, "a number [Pa] of at least 0")
+        require(
+            0.0 <= self.cohesion < math.inf,
+            "cohesion",
+            self.cohesion,
+            "a number [Pa] of at least 0",
+        )
         phi, psi = self.friction_angle, self.dilatancy_angle
-        require(0.0 <= phi < 90.0, "friction_angle", phi, "a number of degrees from 0 to less than 90")
-        require(0.0 <= psi <= phi, "dilatancy_angle", psi, "a number of degrees from 0 to friction_angle")
-        require(self.cohesion > 0.0 or phi > 0.0, "cohesion", self.cohesion, "more than 0 when friction_angle is 0")
+        require(
+            0.0 <= phi < 90.0, "friction_angle", phi, "a number of degrees from 0 to less than 90"
+        )
+        require(
+            0.0 <= psi <= phi,
+            "dilatancy_angle",
+            psi,
+            "a number of degrees from 0 to friction_angle",
+        )
+        require(
+            self.cohesion > 0.0 or phi > 0.0,
+            "cohesion",
+            self.cohesion,
+            "more than 0 when friction_angle is 0",
+        )
 
     @property
     def symmetric_tangent(self) -> bool:  # type: ignore[override]
@@ -230,7 +254,12 @@ def _update(law, axes, increment, old, state, strain, tau, vectors, moduli):  # 
 
 @implements(kirchhoff_stress, MohrCoulombLaw)
 def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignore[no-untyped-def]
-    strain, principal, vectors, D = vector(THREE), vector(THREE), matrix(THREE, THREE), matrix(THREE, THREE)
+    strain, principal, vectors, D = (
+        vector(THREE),
+        vector(THREE),
+        matrix(THREE, THREE),
+        matrix(THREE, THREE),
+    )
     _update(law, axes, increment, old, state, strain, principal, vectors, D)
     assemble(principal, vectors, axes, tau)
     spatial_moduli(axes, strain, principal, D, vectors, moduli)
@@ -239,7 +268,12 @@ def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignor
 @implements(cauchy_stress, MohrCoulombLaw)
 def _stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
     """The explicit step: its increment is ``I + dt L``."""
-    strain, principal, vectors, D = vector(THREE), vector(THREE), matrix(THREE, THREE), matrix(THREE, THREE)
+    strain, principal, vectors, D = (
+        vector(THREE),
+        vector(THREE),
+        matrix(THREE, THREE),
+        matrix(THREE, THREE),
+    )
     increment = matrix(axes, axes)
     for i in range(len(axes)):
         for j in range(len(axes)):

@@ -1,7 +1,8 @@
 """Compressible Newtonian fluid: ``sigma = p(J) I + 2 eta dev(d)`` (Li 2009, Eqs. 4.6-4.16).
 
-The pressure p is positive in tension, ``p(J) = K (J - 1/J) / 2``, from the energy ``A(J) = K (J^2 - 2 ln J - 1) / 4``.
-The rate of deformation ``d = sym(L)`` is that of the last step, half a step before the pressure.
+The pressure p is positive in tension, ``p(J) = K (J - 1/J) / 2``, from the energy ``A(J) = K (J^2 -
+2 ln J - 1) / 4``. The rate of deformation ``d = sym(L)`` is that of the last step, half a step
+before the pressure.
 """
 
 from dataclasses import dataclass
@@ -48,8 +49,15 @@ class NewtonianFluid:
     symmetric_tangent: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        require(self.bulk_modulus > 0.0, "bulk_modulus", self.bulk_modulus, "a positive number [Pa]")
-        require(self.viscosity >= 0.0, "viscosity", self.viscosity, "a number that is not negative [Pa s]")
+        require(
+            self.bulk_modulus > 0.0, "bulk_modulus", self.bulk_modulus, "a positive number [Pa]"
+        )
+        require(
+            self.viscosity >= 0.0,
+            "viscosity",
+            self.viscosity,
+            "a number that is not negative [Pa s]",
+        )
         require(self.density > 0.0, "density", self.density, "a positive number [kg/m^3]")
 
     @property

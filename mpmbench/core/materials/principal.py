@@ -1,6 +1,7 @@
 """Isotropic laws in principal axes: logarithmic strains of b, and the spatial moduli of a stress given in them.
 
-Matrices are 3 x 3 in every dimension; missing dimensions are in plane strain. Simo (1998), Clausen et al. (2006).
+Matrices are 3 x 3 in every dimension; missing dimensions are in plane strain. Simo (1998), Clausen
+et al. (2006).
 """
 
 import math
@@ -8,7 +9,9 @@ import math
 from mpmbench.core.compiled import kernel
 
 THREE = (0.0, 0.0, 0.0)
-EQUAL = 1e-7  # principal strains closer than this share their limit: the quotient has lost its digits
+EQUAL = (
+    1e-7  # principal strains closer than this share their limit: the quotient has lost its digits
+)
 
 
 @kernel
@@ -90,8 +93,9 @@ def assemble(values, vectors, axes, out):  # type: ignore[no-untyped-def]
 def spatial_moduli(axes, strain, tau, D, vectors, moduli):  # type: ignore[no-untyped-def]
     """Moduli of `kirchhoff_stress` from principal ones, ``D_AB = d tau_A / d strain_B``, geometric part included.
 
-    The shear terms ``(tau_A l_B^2 - tau_B l_A^2) / (l_A^2 - l_B^2)`` with stretches l = exp(strain) are written as
-    ``(tau_A - tau_B) / g  g coth(g) / 2 - (tau_A + tau_B) / 2`` with ``g = strain_A - strain_B``, which has a limit.
+    The shear terms ``(tau_A l_B^2 - tau_B l_A^2) / (l_A^2 - l_B^2)`` with stretches l = exp(strain)
+    are written as ``(tau_A - tau_B) / g  g coth(g) / 2 - (tau_A + tau_B) / 2`` with ``g = strain_A
+    - strain_B``, which has a limit.
     """
     dim = len(axes)
     for c in range(dim):
@@ -103,7 +107,9 @@ def spatial_moduli(axes, strain, tau, D, vectors, moduli):  # type: ignore[no-un
                 for j in range(dim):
                     moduli[i, c, j, d] = total if i == j else 0.0
     for a in range(3):
-        if dim < 3 and abs(vectors[2, a]) > 0.5:  # the axis out of the plane: nothing of it is left in the plane
+        if (
+            dim < 3 and abs(vectors[2, a]) > 0.5
+        ):  # the axis out of the plane: nothing of it is left in the plane
             continue
         for b in range(3):
             if dim < 3 and abs(vectors[2, b]) > 0.5:
@@ -121,9 +127,17 @@ def spatial_moduli(axes, strain, tau, D, vectors, moduli):  # type: ignore[no-un
                 for c in range(dim):
                     for j in range(dim):
                         for d in range(dim):
-                            value = normal * vectors[i, a] * vectors[c, a] * vectors[j, b] * vectors[d, b]
+                            value = (
+                                normal
+                                * vectors[i, a]
+                                * vectors[c, a]
+                                * vectors[j, b]
+                                * vectors[d, b]
+                            )
                             pair = vectors[j, a] * vectors[d, b] + vectors[j, b] * vectors[d, a]
-                            moduli[i, c, j, d] += value + shear * vectors[i, a] * vectors[c, b] * pair
+                            moduli[i, c, j, d] += (
+                                value + shear * vectors[i, a] * vectors[c, b] * pair
+                            )
 
 
 @kernel

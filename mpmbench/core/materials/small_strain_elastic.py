@@ -1,9 +1,9 @@
 """Small-strain linear elasticity: ``P = lambda tr(e) I + 2 mu e`` with ``e = sym F - I``.
 
-P is the first Piola-Kirchhoff stress that belongs to the energy ``lambda tr(e)^2 / 2 + mu e : e`` per reference volume;
-the Cauchy stress ``P F^T / J`` follows from it. In 1D with nu = 0 this is ``sigma = E (F - 1)`` at any strain, which
-gives benchmark 8.1 an exact solution. Not objective: a rotation makes stress. Replaces Wobbes 2020, Eq. 10, which is
-neither objective nor symmetric.
+P is the first Piola-Kirchhoff stress that belongs to the energy ``lambda tr(e)^2 / 2 + mu e : e``
+per reference volume; the Cauchy stress ``P F^T / J`` follows from it. In 1D with nu = 0 this is
+``sigma = E (F - 1)`` at any strain, which gives benchmark 8.1 an exact solution. Not objective: a
+rotation makes stress. Replaces Wobbes 2020, Eq. 10, which is neither objective nor symmetric.
 """
 
 from dataclasses import dataclass

@@ -74,7 +74,9 @@ def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignor
         for c in range(dim):
             for j in range(dim):
                 for d in range(dim):
-                    value = law.lame * b[i, c] * b[j, d] + law.shear * (b[i, j] * b[c, d] + b[i, d] * b[c, j])
+                    value = law.lame * b[i, c] * b[j, d] + law.shear * (
+                        b[i, j] * b[c, d] + b[i, d] * b[c, j]
+                    )
                     moduli[i, c, j, d] = value + (tau[c, d] if i == j else 0.0)
 
 

@@ -1,8 +1,9 @@
 """The explicit time loop of MPM (Algorithm 1), OTM (Algorithm 2) and the unified method (Algorithm 3), Wobbes 2020.
 
-The three algorithms are one, with choices: where the nodes go, which mass, and how velocity is transferred. Equation
-numbers are of the paper, with the corrections of its errata: the internal force enters with a minus sign, the traction
-is there, ``V = det(F) V_0``, and constrained components leave the system before it is solved.
+The three algorithms are one, with choices: where the nodes go, which mass, and how velocity is
+transferred. Equation numbers are of the paper, with the corrections of its errata: the internal
+force enters with a minus sign, the traction is there, ``V = det(F) V_0``, and constrained
+components leave the system before it is solved.
 """
 
 import numpy as np
@@ -37,13 +38,17 @@ def step(s: State, dt: float) -> None:
         n.v_old[s.fixed] = n.v[s.fixed]
         s.mass.solve(n.q, n.v_old)  # Eq. 23
     constrain(s, dt)
-    np.divide(np.subtract(n.v, n.v_old, out=n.a), dt, out=n.a)  # on fixed components; the solve overwrites the rest
+    np.divide(
+        np.subtract(n.v, n.v_old, out=n.a), dt, out=n.a
+    )  # on fixed components; the solve overwrites the rest
     s.mass.solve(n.f, n.a)  # Eqs. 22, 93
     np.add(n.v_old, np.multiply(n.a, dt, out=n.v), out=n.v)  # Eqs. 24, 51, 94
     s.external_work += dt * float(np.vdot(n.f_external, n.v)) + reaction_work(s, dt)
 
     if choices.stress_update == "usl":
-        update_particles(s, dt, velocity=True, strain=True, position=True)  # Eqs. 26-30, 52-55, 96-99, step 10
+        update_particles(
+            s, dt, velocity=True, strain=True, position=True
+        )  # Eqs. 26-30, 52-55, 96-99, step 10
     else:
         update_particles(s, dt, velocity=True)  # Eq. 27
         if choices.stress_update == "musl":
@@ -57,7 +62,9 @@ def step(s: State, dt: float) -> None:
     s.time += dt
 
 
-def update_particles(s: State, dt: float, velocity: bool = False, strain: bool = False, position: bool = False) -> None:
+def update_particles(
+    s: State, dt: float, velocity: bool = False, strain: bool = False, position: bool = False
+) -> None:
     """Carry nodal velocities and accelerations to the particles (`transfer.g2p`)."""
     p, n, flip = s.particles, s.nodes, s.choices.flip_weight
     phi, lanes = s.basis.handle, lanes_for(2 * p.dimension)
@@ -90,7 +97,11 @@ def external_force(s: State) -> None:
         transfer.p2g_momentum(s.basis.handle, p.x, p.m, p.b, n.f_external)
     if s.loads.traction is not None:
         loaded = s.traction_particle
-        phi = s.basis.handle if isinstance(s.basis.handle, Stencils) else s.basis.evaluate(p.x[loaded])
+        phi = (
+            s.basis.handle
+            if isinstance(s.basis.handle, Stencils)
+            else s.basis.evaluate(p.x[loaded])
+        )
         rows = loaded if phi is s.basis.handle else np.arange(len(loaded))
         for row, force in zip(rows, s.loads.traction(s.time), strict=True):
             k = phi.size[row]
@@ -125,9 +136,13 @@ def check(choices: Choices) -> None:
         With the reason.
     """
     if choices.nodes == "reset":
-        raise NotApplicable("method.nodes=reset belongs to implicit methods: explicit nodes are fixed or moving")
+        raise NotApplicable(
+            "method.nodes=reset belongs to implicit methods: explicit nodes are fixed or moving"
+        )
     if choices.transfer == "nodal" and not (choices.moving or choices.frozen):
-        raise NotApplicable("method.transfer=nodal needs nodes that move with the material (method.nodes=moving)")
+        raise NotApplicable(
+            "method.transfer=nodal needs nodes that move with the material (method.nodes=moving)"
+        )
     if choices.stress_update != "usl" and (choices.moving or choices.frozen):
         raise NotApplicable(
             f"method.stress_update={choices.stress_update} needs method.nodes=fixed and updated functions: where nodes "

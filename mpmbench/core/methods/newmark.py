@@ -1,7 +1,7 @@
 """Newmark's method (Iaconeta 2017, Eqs. 38-49).
 
-UL-FEM and GMM keep velocities on moving nodes; implicit MPM projects them from the particles to a grid that is reset
-after each step.
+UL-FEM and GMM keep velocities on moving nodes; implicit MPM projects them from the particles to a
+grid that is reset after each step.
 """
 
 import numpy as np
@@ -95,14 +95,18 @@ def projected(s: State, w: Workspace, u: np.ndarray) -> np.ndarray:
     assembly.project(w.phi, s.particles.m, u, sums)
     out = np.zeros_like(sums)
     if s.choices.projection == "lumped":
-        out[active] = sums[active] / np.where(s.nodes.m[active] > 0.0, s.nodes.m[active], np.inf)[:, None]
+        out[active] = (
+            sums[active] / np.where(s.nodes.m[active] > 0.0, s.nodes.m[active], np.inf)[:, None]
+        )
     else:
         mass = np.zeros(len(w.pattern.column))
         assembly.add_mass(w.phi, s.particles.m, w.pattern.slot, mass)
         solve = factorise(w.pattern, mass[:, None, None], np.zeros((len(active), 1), dtype=bool))
         out[active] = solve(sums[active])
         if not np.isfinite(out).all():
-            raise BrokeDown("singular consistent mass: use method.projection=lumped or more particles per cell")
+            raise BrokeDown(
+                "singular consistent mass: use method.projection=lumped or more particles per cell"
+            )
     if w.held is None:
         out[s.fixed] = 0.0
     return out

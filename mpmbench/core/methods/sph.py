@@ -1,8 +1,9 @@
 """Smoothed particle hydrodynamics with an Eulerian kernel, for contrast: it has the tensile instability (Swegle 1995).
 
-Particles are their own nodes; there is no artificial viscosity. The derivatives of Li 2009, Eq. 2.5, are
-``L_i = sum_j V_j v_j (x) grad W_ij`` and ``rho_i a_i = sum_j V_j sigma_j grad W_ij``. Monaghan's symmetric ones put
-``v_j - v_i`` in place of v_j, and ``rho_i rho_j (sigma_i / rho_i^2 + sigma_j / rho_j^2)`` in place of sigma_j.
+Particles are their own nodes; there is no artificial viscosity. The derivatives of Li 2009, Eq.
+2.5, are ``L_i = sum_j V_j v_j (x) grad W_ij`` and ``rho_i a_i = sum_j V_j sigma_j grad W_ij``.
+Monaghan's symmetric ones put ``v_j - v_i`` in place of v_j, and ``rho_i rho_j (sigma_i / rho_i^2 +
+sigma_j / rho_j^2)`` in place of sigma_j.
 """
 
 import numpy as np
@@ -30,7 +31,9 @@ def step(s: State, dt: float) -> None:
         s.workspace = cKDTree(p.X[solid]).query(p.X[solid.stop :])[1]
     i, j = cKDTree(x).query_pairs(REACH * h, output_type="ndarray").T
     difference = x[i] - x[j]
-    gradient = cubic_spline(np.linalg.norm(difference, axis=1), h, dim)[1][:, None] * difference  # of W_ij at x_i
+    gradient = (
+        cubic_spline(np.linalg.norm(difference, axis=1), h, dim)[1][:, None] * difference
+    )  # of W_ij at x_i
 
     symmetric = s.choices.derivatives == "symmetric"
     m, V = p.m[solid, None], p.V[solid, None]
@@ -39,7 +42,9 @@ def step(s: State, dt: float) -> None:
         pull = np.einsum("nab,nb->na", specific[i] + specific[j], gradient)
         a = scatter(m[j] * pull, i, len(x)) - scatter(m[i] * pull, j, len(x))
     else:
-        push = [np.einsum("nab,nb->na", V[k, :, None] * p.sigma[solid][k], gradient) for k in (i, j)]
+        push = [
+            np.einsum("nab,nb->na", V[k, :, None] * p.sigma[solid][k], gradient) for k in (i, j)
+        ]
         a = V / m * (scatter(push[1], i, len(x)) - scatter(push[0], j, len(x)))
     if s.loads.body_force is not None:
         s.loads.body_force(p.X, s.time, p.b)
@@ -89,7 +94,9 @@ def smoothing_length(s: State) -> float:
         raise BrokeDown("method=sph needs basis=kernel")
     particles, nodes = len(s.particles.x) - s.particles.tracers, len(s.fixed)
     if nodes != particles:
-        raise BrokeDown(f"method=sph needs particles at the nodes: there are {particles} particles and {nodes} nodes")
+        raise BrokeDown(
+            f"method=sph needs particles at the nodes: there are {particles} particles and {nodes} nodes"
+        )
     return s.basis.smoothing_length
 
 

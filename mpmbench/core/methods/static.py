@@ -1,7 +1,7 @@
 """Static equilibrium under load steps: time is the load factor, and each step is one solution of ``f_int = f_ext``.
 
-Iaconeta 2017, section 5.1. With nodes that move this is UL-FEM or GMM; with nodes that are reset it is implicit MPM,
-whose particles are located anew after each load step.
+Iaconeta 2017, section 5.1. With nodes that move this is UL-FEM or GMM; with nodes that are reset it
+is implicit MPM, whose particles are located anew after each load step.
 """
 
 from mpmbench.core.implicit import check_choices

@@ -56,7 +56,9 @@ def build(name: str, results: Path = Path("results"), output: Path | None = None
             chapter = _chapter(make, campaigns)
             chapters.append(chapter)
             drawings = chapter.drawings
-            pictures[chapter.name] = [writer.picture(d.name, d.title, d.caption, d.figure) for d in drawings]
+            pictures[chapter.name] = [
+                writer.picture(d.name, d.title, d.caption, d.figure) for d in drawings
+            ]
             for animation in chapter.animations:
                 writer.data(f"figures/{animation.name}.gif", animation.gif)
             for table in chapter.tables:
@@ -78,7 +80,11 @@ def _chapter(make: Any, campaigns: Campaigns) -> Chapter:
         chapter: Chapter = make(campaigns)
     except MissingRuns as missing:
         name = make.__name__.removesuffix("_chapter")
-        return Chapter(name, name.replace("_", " "), notes=[f"This chapter has to wait for its runs: {missing}."])
+        return Chapter(
+            name,
+            name.replace("_", " "),
+            notes=[f"This chapter has to wait for its runs: {missing}."],
+        )
     return chapter
 
 
@@ -106,9 +112,16 @@ def markdown(
     )
     if verdicts is not None:
         short = dataclasses.replace(
-            verdicts, title="", columns=verdicts.columns[:4], rows=[row[:4] for row in verdicts.rows]
+            verdicts,
+            title="",
+            columns=verdicts.columns[:4],
+            rows=[row[:4] for row in verdicts.rows],
         )
-        parts += ["## Claims", short.markdown().strip(), "[Evidence and result files](tables/claims.csv)"]
+        parts += [
+            "## Claims",
+            short.markdown().strip(),
+            "[Evidence and result files](tables/claims.csv)",
+        ]
     for chapter in chapters:
         parts.append(f"## {chapter.title}")
         if chapter.statement:
@@ -121,10 +134,18 @@ def markdown(
             parts.append(f"{image}\n\n*{animation.title}.* {animation.caption}".strip())
         parts += chapter.notes
         for table in chapter.tables:
-            body = dataclasses.replace(table, title=f"**{table.title}** ([CSV](tables/{table.name}.csv))")
+            body = dataclasses.replace(
+                table, title=f"**{table.title}** ([CSV](tables/{table.name}.csv))"
+            )
             parts.append(body.markdown().strip())
-    links = [f"[{table.title}](tables/{table.name}.csv)" for group in lists.values() for table in group]
-    parts += ["## All runs", "\n".join(f"- {link}" for link in links), f"Intervals: {INTERVAL_MEANING}"]
+    links = [
+        f"[{table.title}](tables/{table.name}.csv)" for group in lists.values() for table in group
+    ]
+    parts += [
+        "## All runs",
+        "\n".join(f"- {link}" for link in links),
+        f"Intervals: {INTERVAL_MEANING}",
+    ]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
@@ -140,7 +161,9 @@ def _html(
     origin: dict[str, set[str]] = {}
     for campaign in campaigns.values():
         for key in campaign.provenance:
-            origin.setdefault(str(key), set()).update(str(value) for value in campaign.provenance[key].dropna())
+            origin.setdefault(str(key), set()).update(
+                str(value) for value in campaign.provenance[key].dropna()
+            )
     origin.pop("code_hash", None)
     return template("papers/page.html.jinja").render(
         paper=paper,
@@ -152,7 +175,11 @@ def _html(
         lists=lists,
         counts={word: status.count(word) for word in sorted(set(status))},
         total=len(status),
-        unreadable={file: why for campaign in campaigns.values() for file, why in campaign.unreadable.items()},
+        unreadable={
+            file: why
+            for campaign in campaigns.values()
+            for file, why in campaign.unreadable.items()
+        },
         provenance={key: sorted(values) for key, values in sorted(origin.items())},
         interval_meaning=INTERVAL_MEANING,
     )

@@ -78,13 +78,21 @@ class Chapter:
     tables: list[Table] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
-    def draw(self, name: str, title: str, caption: str, figure: Figure, files: Iterable[str] = ()) -> None:
+    def draw(
+        self, name: str, title: str, caption: str, figure: Figure, files: Iterable[str] = ()
+    ) -> None:
         """Add a figure; its file is called ``<chapter>-<name>``."""
-        self.drawings.append(Drawing(f"{self.name}-{name}", title, caption, figure, tuple(map(str, files))))
+        self.drawings.append(
+            Drawing(f"{self.name}-{name}", title, caption, figure, tuple(map(str, files)))
+        )
 
-    def animate(self, name: str, title: str, caption: str, gif: bytes, files: Iterable[str] = ()) -> None:
+    def animate(
+        self, name: str, title: str, caption: str, gif: bytes, files: Iterable[str] = ()
+    ) -> None:
         """Add a moving picture; its file is called ``<chapter>-<name>.gif``."""
-        self.animations.append(Animation(f"{self.name}-{name}", title, caption, gif, tuple(map(str, files))))
+        self.animations.append(
+            Animation(f"{self.name}-{name}", title, caption, gif, tuple(map(str, files)))
+        )
 
     def add(self, table: Table | None) -> None:
         """Add a table, unless there is none; its file is called ``<chapter>-<name>``."""
@@ -117,20 +125,34 @@ class Chapter:
         more = f", {where}" if where else ""
         estimates = {}
         for quantity in quantities:
-            found = {one.label: order_of(study, one, quantity) for one in study.series if len(one.finite(quantity))}
-            estimates[quantity] = {label: order for label, order in found.items() if order is not None}
+            found = {
+                one.label: order_of(study, one, quantity)
+                for one in study.series
+                if len(one.finite(quantity))
+            }
+            estimates[quantity] = {
+                label: order for label, order in found.items() if order is not None
+            }
             drawing = figures.convergence(study, quantity, estimates[quantity])
             if drawing is None:
                 continue
             what = quantity.removeprefix("error_").removesuffix("_rms")
-            caption = "Orders p with 95 % intervals; triangles show slopes." if estimates[quantity] else ""
+            caption = (
+                "Orders p with 95 % intervals; triangles show slopes."
+                if estimates[quantity]
+                else ""
+            )
             words = re.sub(r"_l[12]_max$", "", what).replace("_", " ")
             title = f"{words.capitalize()} error{more}"
             self.draw(f"{prefix}{what}", title, caption, drawing, study.runs.index)
             table = tables.errors(study, quantity)
             if table is not None:
-                self.add(dataclasses.replace(table, name=f"{prefix}{what}", title=table.title + more))
-        table = tables.orders(study, {quantity: orders for quantity, orders in estimates.items() if orders})
+                self.add(
+                    dataclasses.replace(table, name=f"{prefix}{what}", title=table.title + more)
+                )
+        table = tables.orders(
+            study, {quantity: orders for quantity, orders in estimates.items() if orders}
+        )
         if table is not None:
             self.add(dataclasses.replace(table, name=f"{prefix}orders", title=table.title + more))
 
@@ -162,7 +184,11 @@ class Paper:
 def names() -> list[str]:
     """Papers that have a report, sorted."""
     package = importlib.import_module("mpmbench.report.papers")
-    return sorted(module.name for module in pkgutil.iter_modules(package.__path__) if module.name not in NOT_PAPERS)
+    return sorted(
+        module.name
+        for module in pkgutil.iter_modules(package.__path__)
+        if module.name not in NOT_PAPERS
+    )
 
 
 def find(name: str) -> Paper:
@@ -182,7 +208,9 @@ def find(name: str) -> Paper:
 def read_campaigns(folder: Path) -> Campaigns:
     """Read all folders with results below a folder; the runs are called ``<experiment>/<file>``."""
     found = Campaigns()
-    for place in sorted({file.parent for file in Path(folder).rglob("*.nc") if not file.name.startswith(".")}):
+    for place in sorted(
+        {file.parent for file in Path(folder).rglob("*.nc") if not file.name.startswith(".")}
+    ):
         name = place.relative_to(folder).as_posix()
         found[name] = _below(_complete(read_campaign(place)), name, Path(folder))
     return found
@@ -201,7 +229,10 @@ def _complete(campaign: Campaign) -> Campaign:
 def _rows(campaign: Campaign, keep: np.ndarray) -> Campaign:
     """Some of the runs of a campaign."""
     return dataclasses.replace(
-        campaign, runs=campaign.runs[keep], settings=campaign.settings[keep], provenance=campaign.provenance[keep]
+        campaign,
+        runs=campaign.runs[keep],
+        settings=campaign.settings[keep],
+        provenance=campaign.provenance[keep],
     )
 
 
@@ -225,7 +256,9 @@ def study_of(campaign: Campaign, problem: str | None = None) -> Study:
     """
     found = [study for study in studies(campaign) if problem in (None, study.problem)]
     if not found:
-        raise MissingRuns(f"{campaign.folder.name}: there are no runs of {problem or 'any problem'}")
+        raise MissingRuns(
+            f"{campaign.folder.name}: there are no runs of {problem or 'any problem'}"
+        )
     return found[0]
 
 
@@ -249,7 +282,9 @@ def subset(campaign: Campaign, **match: Any) -> Campaign:
     return _rows(campaign, keep)
 
 
-def variables(campaigns: Campaigns, campaign: str, *wanted: str, **match: Any) -> tuple[str, dict[str, np.ndarray]]:
+def variables(
+    campaigns: Campaigns, campaign: str, *wanted: str, **match: Any
+) -> tuple[str, dict[str, np.ndarray]]:
     """File of the one finished run that matches, and its variables.
 
     Raises

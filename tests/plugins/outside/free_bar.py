@@ -1,6 +1,7 @@
 """A problem from outside: the first axial mode of a bar with free ends.
 
-``u = v_0/omega cos(pi X/l) sin(omega t)`` with ``omega = pi c/l`` and c^2 = (lambda + 2 mu)/rho, on 0 <= X <= l = 1 m.
+``u = v_0/omega cos(pi X/l) sin(omega t)`` with ``omega = pi c/l`` and c^2 = (lambda + 2 mu)/rho, on
+0 <= X <= l = 1 m.
 """
 
 from dataclasses import dataclass

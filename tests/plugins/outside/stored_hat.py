@@ -52,7 +52,9 @@ class Hats:
 class StoredHat:
     """Settings: there are none."""
 
-    promises: ClassVar[Promises] = Promises((1,), kronecker="everywhere", continuous_gradient=False, grid=True)
+    promises: ClassVar[Promises] = Promises(
+        (1,), kronecker="everywhere", continuous_gradient=False, grid=True
+    )
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> Hats:
         assert isinstance(geometry, Box)  # promised by grid=True

@@ -3,7 +3,14 @@
 import numpy as np
 
 from mpmbench.report import style
-from mpmbench.report.papers.iaconeta2017.support import METHODS, history, look, panels, single, thinned
+from mpmbench.report.papers.iaconeta2017.support import (
+    METHODS,
+    history,
+    look,
+    panels,
+    single,
+    thinned,
+)
 from mpmbench.report.papers.parts import Campaigns, Chapter, cell
 from mpmbench.report.tables import Cell, Table
 
@@ -20,7 +27,10 @@ DYNAMIC: dict[str, tuple[dict[str, object], str, str]] = {
     "GMM-LME, frozen": ({"basis": "lme", "method__shape_functions": "frozen"}, "#009E73", "-"),
     "GMM-LME, updated": ({"basis": "lme", "method__shape_functions": "updated"}, "#009E73", ":"),
 }
-FIRST_MINIMUM, LATE_MAXIMUM = (1.0475, -3.304), (2.635, 0.042)  # quadratic finite elements, 24 x 6 cells
+FIRST_MINIMUM, LATE_MAXIMUM = (
+    (1.0475, -3.304),
+    (2.635, 0.042),
+)  # quadratic finite elements, 24 x 6 cells
 PATCH = (8, 16, 32, 64)
 
 
@@ -39,21 +49,49 @@ def dynamic_chapter(campaigns: Campaigns) -> Chapter:
         files.append(file)
         column = next(k for k, group in enumerate(groups) if name.startswith(group))
         axes[0, column].plot(
-            *thinned(found["time"], found["tip_displacement"]), color=colour, ls=line, lw=1.1, label=name
+            *thinned(found["time"], found["tip_displacement"]),
+            color=colour,
+            ls=line,
+            lw=1.1,
+            label=name,
         )
-        quantities = ("first_minimum", "lag_of_first_minimum", "late_maximum", "lag_of_late_maximum")
+        quantities = (
+            "first_minimum",
+            "lag_of_first_minimum",
+            "late_maximum",
+            "lag_of_late_maximum",
+        )
         rows.append([Cell(name), *(cell(campaigns, "dynamic", q, **match) for q in quantities)])
-        rows[-1] += [cell(campaigns, "dynamic", q, **match) for q in ("energy_drift", "solver_time")]
+        rows[-1] += [
+            cell(campaigns, "dynamic", q, **match) for q in ("energy_drift", "solver_time")
+        ]
     for axis in axes[0]:
-        axis.plot(*zip(FIRST_MINIMUM, LATE_MAXIMUM, strict=True), "k+", ms=8, label="quadratic elements")
+        axis.plot(
+            *zip(FIRST_MINIMUM, LATE_MAXIMUM, strict=True), "k+", ms=8, label="quadratic elements"
+        )
         axis.set_xlabel("time [s]")
         axis.set_ylim(-4.2, 1.9)
         axis.set_yticks(range(-4, 1))
         axis.legend(fontsize=6, loc="upper left")
     axes[0, 0].set_ylabel("vertical displacement of the corner [m]")
-    page.draw("tip", "Displacement of the lower right corner", "MPM with 16 particles per cell.", figure, files)
-    columns = ["method", "first minimum [m]", "its delay [s]", "late maximum [m]", "its delay [s]", "energy drift"]
-    page.add(Table("extrema", "Extrema", [*columns, "solver time [s]"], rows, numeric=tuple(range(1, 7))))
+    page.draw(
+        "tip",
+        "Displacement of the lower right corner",
+        "MPM with 16 particles per cell.",
+        figure,
+        files,
+    )
+    columns = [
+        "method",
+        "first minimum [m]",
+        "its delay [s]",
+        "late maximum [m]",
+        "its delay [s]",
+        "energy drift",
+    ]
+    page.add(
+        Table("extrema", "Extrema", [*columns, "solver time [s]"], rows, numeric=tuple(range(1, 7)))
+    )
     page.notes += _findings(campaigns)
     return page
 
@@ -97,7 +135,10 @@ def patch_chapter(campaigns: Campaigns) -> Chapter:
         "GMM-LME, R = 3 h": (wide, look("GMM-LME") | {"markerfacecolor": "white"}),
     }
     for name, (match, line) in curves.items():
-        found = [cell(campaigns, "patch", "error_displacement_relative", resolution=n, **match) for n in PATCH]
+        found = [
+            cell(campaigns, "patch", "error_displacement_relative", resolution=n, **match)
+            for n in PATCH
+        ]
         values = [c.value if isinstance(c.value, float) else np.nan for c in found]
         if name != "UL-FEM":
             axes.loglog(PATCH, values, **line | {"label": name})

@@ -32,7 +32,9 @@ def fields_chapter(campaigns: Campaigns) -> Chapter:
     sinking, stretching = np.linspace(-0.7, 0.0, 15), np.linspace(-1.8, 1.8, 19)
     files, rows = [], []
     for k, (name, match) in enumerate(METHODS.items()):
-        file, found = history(campaigns, "fields", "position_initial", "position", "displacement", "stress", **match)
+        file, found = history(
+            campaigns, "fields", "position_initial", "position", "displacement", "stress", **match
+        )
         files.append(file)
         start, position = found["position_initial"], found["position"][-1]
         u, stress = found["displacement"][-1][:, 1], found["stress"][-1][:, 0, 0]
@@ -50,13 +52,33 @@ def fields_chapter(campaigns: Campaigns) -> Chapter:
     for axis in axes.ravel():
         axis.set(xlim=(-0.1, 8.2), ylim=(-0.8, 1.1), yticks=(0, 1))
         axis.tick_params(labelsize=6, labelbottom=axis in axes[-1])
-    figure.colorbar(left, ax=axes[:, 0], location="bottom", label="vertical displacement [m]", shrink=0.8, aspect=40)
-    figure.colorbar(right, ax=axes[:, 1], location="bottom", label="stress along the beam [MPa]", shrink=0.8, aspect=40)
+    figure.colorbar(
+        left,
+        ax=axes[:, 0],
+        location="bottom",
+        label="vertical displacement [m]",
+        shrink=0.8,
+        aspect=40,
+    )
+    figure.colorbar(
+        right,
+        ax=axes[:, 1],
+        location="bottom",
+        label="stress along the beam [MPa]",
+        shrink=0.8,
+        aspect=40,
+    )
     caption = "Left Fig. 5, right Fig. 6. h = 0.125 m, one load step; deformed shapes without magnification, in metres."
     page.draw("maps", "Displacement and Cauchy stress along the beam", caption, figure, files)
     columns = ["method", "deflection [m]", "least stress [MPa]", "largest stress [MPa]"]
     page.add(
-        Table("values", "Deflection of A and range of the stress along the beam", columns, rows, numeric=(1, 2, 3))
+        Table(
+            "values",
+            "Deflection of A and range of the stress along the beam",
+            columns,
+            rows,
+            numeric=(1, 2, 3),
+        )
     )
     return page
 
@@ -82,7 +104,9 @@ def fig7_chapter(campaigns: Campaigns) -> Chapter:
         axes[0, 0].loglog(inverse, values, **line)
         axes[0, 1].semilogx(inverse, values / reference, **line)
         files += [file for e in errors for file in e.files]
-        deflections = [cell(campaigns, "fig7", "tip_deflection", resolution=n, **match) for n in SIZES]
+        deflections = [
+            cell(campaigns, "fig7", "tip_deflection", resolution=n, **match) for n in SIZES
+        ]
         rows.append([Cell(name), *(with_digits(7, found) for found in deflections)])
     axes[0, 0].loglog([2.0, 16.0], [0.2, 0.2 / 64.0], color="#888888", lw=0.8, label="slope 2")
     for axis in axes[0]:
@@ -133,18 +157,27 @@ def radius_chapter(campaigns: Campaigns) -> Chapter:
                         continue
                     points.append((radius, error.value, seconds.value))
                     files += error.files
-                    rows.append([Cell(name), Cell(f"{radius:.3g}"), Cell(f"{8.0 / n:g}"), error, seconds])
+                    rows.append(
+                        [Cell(name), Cell(f"{radius:.3g}"), Cell(f"{8.0 / n:g}"), error, seconds]
+                    )
                 if not points:
                     continue
                 found = np.array(points, dtype=float)
-                axes[0, column].loglog(found[:, 2] * 1e3, found[:, 1], marker, color=colours[name], label=name, ls="-")
+                axes[0, column].loglog(
+                    found[:, 2] * 1e3, found[:, 1], marker, color=colours[name], label=name, ls="-"
+                )
                 for radius, error_value, seconds_value in points:
                     text = f"{radius:.2g}"
                     axes[0, column].annotate(text, (seconds_value * 1e3, error_value), fontsize=5, xytext=(2, 2),
                                              textcoords="offset points")  # fmt: skip
-        fem = [cell(campaigns, "radius", q, method="fem", resolution=n) for q in ("error_tip", "solver_time")]
+        fem = [
+            cell(campaigns, "radius", q, method="fem", resolution=n)
+            for q in ("error_tip", "solver_time")
+        ]
         if all(isinstance(value.value, float) for value in fem):
-            axes[0, column].plot(float(fem[1].value) * 1e3, float(fem[0].value), "o", color="#E69F00", label="UL-FEM")
+            axes[0, column].plot(
+                float(fem[1].value) * 1e3, float(fem[0].value), "o", color="#E69F00", label="UL-FEM"
+            )
             rows.append([Cell("UL-FEM"), Cell(), Cell(f"{8.0 / n:g}"), *fem])
         axes[0, column].set_xlabel("solver time [ms]")
         axes[0, column].xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -158,7 +191,9 @@ def radius_chapter(campaigns: Campaigns) -> Chapter:
     columns = ["method", "R / h", "h [m]", "relative error", "solver time [s]"]
     page.add(Table("all", "All search radii", columns, rows, numeric=(3, 4)))
     own = {"method": "gmm", "basis": "lme", "basis__gamma": 1.8, "resolution": 64}
-    narrow, wide = (cell(campaigns, "radius", "error_tip", **own, basis__relative_radius=r) for r in (ROOT, 3.0))
+    narrow, wide = (
+        cell(campaigns, "radius", "error_tip", **own, basis__relative_radius=r) for r in (ROOT, 3.0)
+    )
     page.notes.append(
         "R = sqrt(2) h cuts exp(-1.8 (r / h)^2) off where it still is 0.027. For GMM-LME at h = 0.125 m the error with "
         f"R = 3 h is {ratio(wide, narrow).text or 'an unknown part'} of that with R = sqrt(2) h."
@@ -182,7 +217,14 @@ def load_steps_chapter(campaigns: Campaigns) -> Chapter:
     ]
     for label, name, more in variants:
         found = [
-            cell(campaigns, "load_steps", "tip_deflection", problem__load_steps=n, **METHODS[name], **more)
+            cell(
+                campaigns,
+                "load_steps",
+                "tip_deflection",
+                problem__load_steps=n,
+                **METHODS[name],
+                **more,
+            )
             for n in STEPS
         ]
         values = np.array([c.value if isinstance(c.value, float) else np.nan for c in found])
@@ -201,5 +243,13 @@ def load_steps_chapter(campaigns: Campaigns) -> Chapter:
     caption = "h = 0.25 m; change against one load step. Implicit MPM locates its particles anew after every step."
     page.draw("drift", "Drift with the number of load steps", caption, figure, files)
     columns = ["method", *(f"N = {n}" for n in STEPS), "N = 50 over N = 1"]
-    page.add(Table("deflections", "Deflection of A [m] after N load steps", columns, rows, numeric=tuple(range(1, 8))))
+    page.add(
+        Table(
+            "deflections",
+            "Deflection of A [m] after N load steps",
+            columns,
+            rows,
+            numeric=tuple(range(1, 8)),
+        )
+    )
     return page

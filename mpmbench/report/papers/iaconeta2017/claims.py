@@ -13,30 +13,46 @@ ROOT = 2.0**0.5
 
 def quadratic(runs: Runs) -> Answer:
     """Orders of the deflection between h = 0.5 m and 0.0625 m."""
-    orders = {n: runs.order("fig7", "error_tip", (16, 32, 64, 128), **match) for n, match in METHODS.items()}
-    because = ", ".join(f"{name}: p = {order_with_interval(order)}" for name, order in orders.items())
+    orders = {
+        n: runs.order("fig7", "error_tip", (16, 32, 64, 128), **match)
+        for n, match in METHODS.items()
+    }
+    because = ", ".join(
+        f"{name}: p = {order_with_interval(order)}" for name, order in orders.items()
+    )
     return (HOLDS if all(1.8 < order.order < 2.2 for order in orders.values()) else FAILS), because
 
 
 def same_limit(runs: Runs) -> Answer:
     """Deflections at h = 0.01 m."""
-    found = {name: runs.number("fig7", "tip_deflection", resolution=800, **match) for name, match in METHODS.items()}
+    found = {
+        name: runs.number("fig7", "tip_deflection", resolution=800, **match)
+        for name, match in METHODS.items()
+    }
     because = ", ".join(f"{name} {value:.6f} m" for name, value in found.items()) + " at h = 0.01 m"
-    return (HOLDS if all(abs(value + 0.67433) < 1e-5 for value in found.values()) else FAILS), because
+    return (
+        HOLDS if all(abs(value + 0.67433) < 1e-5 for value in found.values()) else FAILS
+    ), because
 
 
 def curves_coincide(runs: Runs) -> Answer:
     """Errors of MPM and GMM-MLS over those of UL-FEM, and MPM with load steps."""
     sizes = (16, 32, 64, 128)
     errors = {
-        name: np.array([runs.number("fig7", "error_tip", resolution=n, **METHODS[name]) for n in sizes])
+        name: np.array(
+            [runs.number("fig7", "error_tip", resolution=n, **METHODS[name]) for n in sizes]
+        )
         for name in ("UL-FEM", "MPM", "GMM-MLS")
     }
     mpm = np.abs(errors["MPM"] / errors["UL-FEM"] - 1.0).max()
     mls = errors["GMM-MLS"] / errors["UL-FEM"]
     once, often = (
         runs.number(
-            "load_steps", "tip_deflection", **METHODS["MPM"], problem__load_steps=n, method__ghost_stiffness=0.0
+            "load_steps",
+            "tip_deflection",
+            **METHODS["MPM"],
+            problem__load_steps=n,
+            method__ghost_stiffness=0.0,
         )
         for n in (1, 50)
     )
@@ -47,7 +63,9 @@ def curves_coincide(runs: Runs) -> Answer:
     )
     if mpm > 1e-4 or not 0.8 < mls.min() <= mls.max() < 1.2:
         return FAILS, because
-    return (HOLDS if abs(often / once - 1.0) < 1e-3 else f"{HOLDS} when the load is applied in one step"), because
+    return (
+        HOLDS if abs(often / once - 1.0) < 1e-3 else f"{HOLDS} when the load is applied in one step"
+    ), because
 
 
 def lme_less_accurate(runs: Runs) -> Answer:
@@ -55,14 +73,28 @@ def lme_less_accurate(runs: Runs) -> Answer:
 
     def quotient(radius: float) -> float:
         lme = runs.number(
-            "radius", "error_tip", basis="lme", basis__gamma=1.8, basis__relative_radius=radius, resolution=64
+            "radius",
+            "error_tip",
+            basis="lme",
+            basis__gamma=1.8,
+            basis__relative_radius=radius,
+            resolution=64,
         )
-        mls = runs.number("radius", "error_tip", basis="mls", basis__relative_radius=radius, resolution=64)
+        mls = runs.number(
+            "radius", "error_tip", basis="mls", basis__relative_radius=radius, resolution=64
+        )
         return lme / mls
 
     narrow, wide = quotient(ROOT), quotient(3.0)
     own = [
-        runs.number("radius", "error_tip", basis="lme", basis__gamma=1.8, basis__relative_radius=r, resolution=64)
+        runs.number(
+            "radius",
+            "error_tip",
+            basis="lme",
+            basis__gamma=1.8,
+            basis__relative_radius=r,
+            resolution=64,
+        )
         for r in (ROOT, 3.0)
     ]
     because = (
@@ -80,7 +112,9 @@ def contact(runs: Runs) -> Answer:
     for name in ("MPM", "GMM-MLS", "GMM-LME"):
         here = {"problem__gap": 0.0, **METHODS[name]}
         status = runs.status("glued", **here)
-        stuck[name] = runs.number("glued", "error_end_relative", **here) if status == "ok" else status
+        stuck[name] = (
+            runs.number("glued", "error_end_relative", **here) if status == "ok" else status
+        )
     free = [
         runs.number("table1", "error_end_relative", time_step=2e-3, **match)
         for name, match in ROWS.items()
@@ -90,7 +124,9 @@ def contact(runs: Runs) -> Answer:
     because = (
         "a disk that touches the plane at the start: "
         + ", ".join(
-            f"{100.0 * -value:.0f} % short ({name})" if isinstance(value, float) else f"{value} ({name})"
+            f"{100.0 * -value:.0f} % short ({name})"
+            if isinstance(value, float)
+            else f"{value} ({name})"
             for name, value in stuck.items()
         )
         + f"; one that starts above it ends {100.0 * min(free):.1f} to {100.0 * max(free):.1f} % off, but "
@@ -109,7 +145,9 @@ def _table1(runs: Runs, quantity: str) -> dict[str, list[float]]:
         for dt in STEPS:
             here = {**match, "time_step": dt}
             done = runs.status("table1", **here) == "ok"
-            found.setdefault(name, []).append(runs.number("table1", quantity, **here) if done else np.nan)
+            found.setdefault(name, []).append(
+                runs.number("table1", quantity, **here) if done else np.nan
+            )
     return found
 
 
@@ -123,7 +161,9 @@ def _rows(found: dict[str, list[float]]) -> str:
 def gmm_more_accurate(runs: Runs) -> Answer:
     """Root mean square errors of Table 1."""
     errors = _table1(runs, "error_centre_rms")
-    others = [np.array(row) < np.array(errors["MPM"]) for name, row in errors.items() if name != "MPM"]
+    others = [
+        np.array(row) < np.array(errors["MPM"]) for name, row in errors.items() if name != "MPM"
+    ]
     better, total = int(np.sum(others)), int(np.size(others))
     because = f"GMM has the smaller RMS error in {better} of {total} cases [m, for 4, 2 and 1 ms]: {_rows(errors)}"
     return (HOLDS if better == total else FAILS), because
@@ -147,7 +187,9 @@ def lme_before_mls(runs: Runs) -> Answer:
 def gmm_costs_more(runs: Runs) -> Answer:
     """Solver times of Table 1."""
     times = {name: np.array(row) for name, row in _table1(runs, "solver_time").items()}
-    over = np.concatenate([row / times["MPM"] - 1.0 for name, row in times.items() if name != "MPM"])
+    over = np.concatenate(
+        [row / times["MPM"] - 1.0 for name, row in times.items() if name != "MPM"]
+    )
     low, high = float(np.nanmin(over)), float(np.nanmax(over))
     least, most = printed_overheads()
     because = (
@@ -168,14 +210,22 @@ def coincident_columns(runs: Runs) -> Answer:
             if campaign == "soil":
                 raise
             continue  # `reproduce` does not run the finest mesh
-        found = {name: runs.number(campaign, "final_run_out", **match[name]) for name in COLUMNS if ended[name] == "ok"}
+        found = {
+            name: runs.number(campaign, "final_run_out", **match[name])
+            for name in COLUMNS
+            if ended[name] == "ok"
+        }
         spread = max(found.values()) / min(found.values()) - 1.0 if found else np.inf
         holds &= len(found) == len(COLUMNS) and spread < 0.1
         values = ", ".join(
-            f"{name} {found[name]:.3f} m" if name in found else f"{name} {ended[name].replace('_', ' ')}"
+            f"{name} {found[name]:.3f} m"
+            if name in found
+            else f"{name} {ended[name].replace('_', ' ')}"
             for name in COLUMNS
         )
-        parts.append(f"h = {4.0 / n:g} m: {values}; those that finish differ by {100.0 * spread:.0f} %")
+        parts.append(
+            f"h = {4.0 / n:g} m: {values}; those that finish differ by {100.0 * spread:.0f} %"
+        )
     return (HOLDS if holds else FAILS), "advance at 2 s, " + "; ".join(parts)
 
 
@@ -189,7 +239,10 @@ def mpm_robust(runs: Runs) -> Answer:
             end = runs.status("soil", **match)
             found = end.replace("_", " ")
             if end == "ok":
-                steps = sum(runs.number("soil", quantity, **match) for quantity in ("stiffened_steps", "halved_steps"))
+                steps = sum(
+                    runs.number("soil", quantity, **match)
+                    for quantity in ("stiffened_steps", "halved_steps")
+                )
                 helped[name] = helped.get(name, 0.0) + steps
                 found = f"{steps:.0f}"
             else:
@@ -200,5 +253,7 @@ def mpm_robust(runs: Runs) -> Answer:
         f"steps that Newton's own iteration did not solve: {', '.join(parts)}; "
         f"MPM without ghost stiffness, to 0.5 s: {bare.replace('_', ' ')}"
     )
-    holds = "MPM" not in failed and (failed or helped["MPM"] <= min(helped["GMM-MLS"], helped["GMM-LME"]))
+    holds = "MPM" not in failed and (
+        failed or helped["MPM"] <= min(helped["GMM-MLS"], helped["GMM-LME"])
+    )
     return (HOLDS if holds else FAILS), because

@@ -16,7 +16,8 @@ ROWS: dict[str, dict[str, object]] = {
     "GMM-LME, gamma = 1.8": {"method": "gmm", "basis": "lme", "basis__gamma": 1.8},
     "GMM-LME, gamma = 2.8": {"method": "gmm", "basis": "lme", "basis__gamma": 2.8},
 }
-# Table 1 of the paper: error [m] and computational time [s] for dt1, dt2 = dt1 / 2 and dt3 = dt1 / 4
+# Table 1 of the paper: error [m] and computational time [s] for dt1, dt2 = dt1 / 2 and dt3 = dt1 /
+# 4
 PRINTED = {
     "MPM": ((2.34, 232.72), (1.27, 472.92), (0.91, 894.91)),
     "GMM-MLS": ((0.84, 264.78), (0.26, 517.0), (0.20, 981.82)),
@@ -47,7 +48,14 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
         "The paper gives neither radius, angle, time step, duration nor gap. It finds GMM more accurate than MPM, most "
         "of all GMM-LME, and 10 % to 16 % more expensive."
     )
-    columns = ["method", "step [ms]", "error of Eq. 67 [m]", "RMS error [m]", "error at the end", "bounce [m]"]
+    columns = [
+        "method",
+        "step [ms]",
+        "error of Eq. 67 [m]",
+        "RMS error [m]",
+        "error at the end",
+        "bounce [m]",
+    ]
     columns += ["time [s]", "time / MPM's", "printed error [m]", "printed time / MPM's"]
     rows = []
     for name, match in ROWS.items():
@@ -74,7 +82,9 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
         f"radius: {_finished(ended)} of {len(ended)} runs finish."
     )
     note = "The sum of Eq. 67 grows with the number of samples; the other errors do not. Times are the solver's."
-    page.add(Table("all", "Errors and times", columns, rows, numeric=tuple(range(1, 10)), note=note))
+    page.add(
+        Table("all", "Errors and times", columns, rows, numeric=tuple(range(1, 10)), note=note)
+    )
     figure, axes = panels(1, 2, 2.8)
     files = []
     for name in ("MPM", "GMM-MLS, R_eff = R / 2", "GMM-LME, gamma = 1.8"):
@@ -90,13 +100,20 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
     for axis in axes[0]:
         axis.set_xlabel("time [s]")
     axes[0, 0].legend()
-    caption = "Radius 0.5 m, h = 0.05 m, 60 degrees, 2 ms. The disk falls through its gap, then bounces."
+    caption = (
+        "Radius 0.5 m, h = 0.05 m, 60 degrees, 2 ms. The disk falls through its gap, then bounces."
+    )
     page.draw("paths", "Centre of the disk along and across the plane", caption, figure, files)
     fine = [
         [Cell(name)]
         + [
             cell(campaigns, "rolling_fine", quantity, **ROWS[name])
-            for quantity in ("error_end_relative", "error_centre_rms", "bounce_height", "solver_time")
+            for quantity in (
+                "error_end_relative",
+                "error_centre_rms",
+                "bounce_height",
+                "solver_time",
+            )
         ]
         for name in ("MPM", "GMM-MLS, R_eff = R / 2")
     ]
@@ -104,7 +121,12 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
         [Cell("GMM-LME, gamma = 1.8")]
         + [
             cell(campaigns, "rolling_fine", quantity, basis="lme")
-            for quantity in ("error_end_relative", "error_centre_rms", "bounce_height", "solver_time")
+            for quantity in (
+                "error_end_relative",
+                "error_centre_rms",
+                "bounce_height",
+                "solver_time",
+            )
         ]
     )
     columns = ["method", "error at the end", "RMS error [m]", "bounce [m]", "solver time [s]"]
@@ -136,10 +158,14 @@ def glued_chapter(campaigns: Campaigns) -> Chapter:
     figure, axes = single(height=3.0, width=1.5 * style.COLUMN)
     files, rows = [], []
     for k, (name, match) in enumerate(STUCK.items()):
-        file, found = history(campaigns, "glued", "time", "centre_displacement", "centre_displacement_exact", **match)
+        file, found = history(
+            campaigns, "glued", "time", "centre_displacement", "centre_displacement_exact", **match
+        )
         files.append(file)
         line: dict[str, Any] = {"lw": 1.2, "ls": "-" if "gap" in name else "--"}
-        axes.plot(*thinned(found["time"], found["centre_displacement"]), color=f"C{k}", label=name, **line)
+        axes.plot(
+            *thinned(found["time"], found["centre_displacement"]), color=f"C{k}", label=name, **line
+        )
         rows.append([Cell(name), cell(campaigns, "glued", "error_end_relative", **match)])
         rows[-1].append(cell(campaigns, "glued", "bounce_height", **match))
         exact = found["centre_displacement_exact"]
@@ -149,7 +175,9 @@ def glued_chapter(campaigns: Campaigns) -> Chapter:
     axes.legend(fontsize=6)
     caption = "h = 0.05 m, 2 ms. Gap 0: the disk touches the plane at the start, as published."
     page.draw("paths", "Set-ups that stick and set-ups that roll", caption, figure, files)
-    page.add(Table("ends", "Ends", ["set-up", "error at the end", "bounce [m]"], rows, numeric=(1, 2)))
+    page.add(
+        Table("ends", "Ends", ["set-up", "error at the end", "bounce [m]"], rows, numeric=(1, 2))
+    )
     page.notes.append(
         "Contact by shared functions has no sign: what sees the fixed nodes is held by them in every direction. The "
         "diagonal along which the background squares are cut decides whether a disk that has landed gets free again."

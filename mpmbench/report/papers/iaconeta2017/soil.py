@@ -29,8 +29,15 @@ from mpmbench.report.tables import Cell, Table
 SHOWN = (0.25, 0.5, 1.0, 2.0)  # [s]
 STRAIN = (0.0, 1.5)  # colours of the equivalent plastic strain
 COLOURS = 64  # of the moving picture
-REFERENCE = ((0.05, 717.1), (0.10, 239.2))  # time [s] and kinetic energy [J] of Kratos 10.4.4, h = 0.1 m, a(0) = g
-COUNTS = {"stiffened_steps": "stiffened steps", "halved_steps": "halved steps", "solver_time": "solver time [s]"}
+REFERENCE = (
+    (0.05, 717.1),
+    (0.10, 239.2),
+)  # time [s] and kinetic energy [J] of Kratos 10.4.4, h = 0.1 m, a(0) = g
+COUNTS = {
+    "stiffened_steps": "stiffened steps",
+    "halved_steps": "halved steps",
+    "solver_time": "solver time [s]",
+}
 SETUPS: dict[str, dict[str, object]] = {
     "a(0) = g": {"problem__initial_acceleration": "gravity"},
     "a(0) = 0": {
@@ -60,7 +67,11 @@ def soil_chapter(campaigns: Campaigns) -> Chapter:
         _strains(page, campaigns, name)
     if "soil_base" in campaigns:
         _base(page, campaigns)
-    if not any(experiment == "soil_fine" for name in COLUMNS for _, experiment, *_ in _available(campaigns, name)):
+    if not any(
+        experiment == "soil_fine"
+        for name in COLUMNS
+        for _, experiment, *_ in _available(campaigns, name)
+    ):
         page.notes.append(
             "Not run here: the paper's second mesh, h = 0.025 m, which takes two hours and more. The command "
             "python -m mpmbench experiments=iaconeta2017_fine/soil runs it, and the next report on this paper shows it "
@@ -69,13 +80,27 @@ def soil_chapter(campaigns: Campaigns) -> Chapter:
     return page
 
 
-def _available(campaigns: Campaigns, name: str) -> list[tuple[int, str, str, dict[str, np.ndarray]]]:
+def _available(
+    campaigns: Campaigns, name: str
+) -> list[tuple[int, str, str, dict[str, np.ndarray]]]:
     """Resolution, experiment, file and history of the runs of a method."""
     found = []
     for n, experiment in MESHES:
         try:
-            wanted = ("time", "run_out", "kinetic_energy", "largest_plastic_strain", "snapshot_time")
-            found.append((n, experiment, *history(campaigns, experiment, *wanted, resolution=n, **METHODS[name])))
+            wanted = (
+                "time",
+                "run_out",
+                "kinetic_energy",
+                "largest_plastic_strain",
+                "snapshot_time",
+            )
+            found.append(
+                (
+                    n,
+                    experiment,
+                    *history(campaigns, experiment, *wanted, resolution=n, **METHODS[name]),
+                )
+            )
         except MissingRuns:
             continue
     return found
@@ -88,8 +113,14 @@ def _run_out(page: Chapter, campaigns: Campaigns) -> None:
     for name in COLUMNS:
         for n, _, file, found in _available(campaigns, name):
             files.append(file)
-            line = look(name) | {"marker": None, "linewidth": widths[n], "label": f"{name}, h = {4.0 / n:g} m"}
-            time, run_out, energy = thinned(found["time"], found["run_out"], found["kinetic_energy"])
+            line = look(name) | {
+                "marker": None,
+                "linewidth": widths[n],
+                "label": f"{name}, h = {4.0 / n:g} m",
+            }
+            time, run_out, energy = thinned(
+                found["time"], found["run_out"], found["kinetic_energy"]
+            )
             axes[0, 0].plot(time, run_out, **line)
             axes[0, 1].semilogy(time[1:], energy[1:], **line)
     axes[0, 0].set_ylabel("run-out [m]")
@@ -142,7 +173,9 @@ def _strains(page: Chapter, campaigns: Campaigns, name: str) -> None:
     if not meshes:
         return
     width = 2.0 * style.COLUMN / max(2, len(meshes))  # of a panel [in]
-    figure, axes = panels(len(SHOWN), len(meshes), 0.7 + 0.45 * width * len(SHOWN), width * len(meshes))
+    figure, axes = panels(
+        len(SHOWN), len(meshes), 0.7 + 0.45 * width * len(SHOWN), width * len(meshes)
+    )
     files = []
     for column, (n, experiment, file, found) in enumerate(meshes):
         files.append(file)
@@ -161,7 +194,13 @@ def _strains(page: Chapter, campaigns: Campaigns, name: str) -> None:
         axes[0, column].set_title(f"h = {4.0 / n:g} m")
     scale = ScalarMappable(Normalize(*STRAIN), "viridis")
     figure.colorbar(
-        scale, ax=axes, location="bottom", label="equivalent plastic strain", shrink=0.5, aspect=40, extend="max"
+        scale,
+        ax=axes,
+        location="bottom",
+        label="equivalent plastic strain",
+        shrink=0.5,
+        aspect=40,
+        extend="max",
     )
     number = {"MPM": 11, "GMM-MLS": 12, "GMM-LME": 13}[name]
     caption = "Particles at their places, lengths in metres."
@@ -169,7 +208,13 @@ def _strains(page: Chapter, campaigns: Campaigns, name: str) -> None:
         end = cell(campaigns, experiment, "final_run_out", **METHODS[name], resolution=n).text
         if end and n not in [mesh[0] for mesh in meshes]:
             caption += f" h = {4.0 / n:g} m is not here ({end}): the run was ended before it could store any."
-    page.draw(f"strain-{name.lower()}", f"Fig. {number}: equivalent plastic strain, {name}", caption, figure, files)
+    page.draw(
+        f"strain-{name.lower()}",
+        f"Fig. {number}: equivalent plastic strain, {name}",
+        caption,
+        figure,
+        files,
+    )
 
 
 def snapshot_at(times: np.ndarray, wanted: float) -> int | None:
@@ -213,9 +258,12 @@ def surface(position: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]
 
 def soil_check_chapter(campaigns: Campaigns) -> Chapter:
     """Kinetic energy against the authors' program, and what open choices change."""
-    page = Chapter("soil_check", "Soil column: check against the authors' program, and open choices")
+    page = Chapter(
+        "soil_check", "Soil column: check against the authors' program, and open choices"
+    )
     page.statement = (
-        "Kratos Multiphysics 10.4.4, h = 0.1 m, a(0) = g: kinetic energy 717.1 J at 0.05 s and 239.2 J at 0.10 s."
+        "Kratos Multiphysics 10.4.4, h = 0.1 m, a(0) = g: kinetic energy 717.1 J at 0.05 s and "
+        "239.2 J at 0.10 s."
     )
     figure, axes = single(width=1.6 * style.COLUMN)
     files, rows = [], []
@@ -223,8 +271,12 @@ def soil_check_chapter(campaigns: Campaigns) -> Chapter:
         file, found = history(campaigns, "soil_check", "time", "kinetic_energy", **match)
         files.append(file)
         line: dict[str, Any] = {"lw": 2.4 - 0.4 * k, "ls": ("-", "-", "-", "--", ":")[k]}
-        axes.plot(*thinned(found["time"], found["kinetic_energy"]), color=f"C{k}", label=name, **line)
-        energies = [float(np.interp(t, found["time"], found["kinetic_energy"])) for t, _ in REFERENCE]
+        axes.plot(
+            *thinned(found["time"], found["kinetic_energy"]), color=f"C{k}", label=name, **line
+        )
+        energies = [
+            float(np.interp(t, found["time"], found["kinetic_energy"])) for t, _ in REFERENCE
+        ]
         rows.append(
             [
                 Cell(name),
@@ -237,7 +289,13 @@ def soil_check_chapter(campaigns: Campaigns) -> Chapter:
     axes.set_ylabel("kinetic energy [J]")
     figure.legend(fontsize=7, loc="outside right center")
     page.draw("energy", "Kinetic energy, implicit MPM", "h = 0.1 m, time step 2 ms.", figure, files)
-    rows.append([Cell("Kratos 10.4.4, a(0) = g"), *(Cell(energy, digits=4) for _, energy in REFERENCE), Cell()])
+    rows.append(
+        [
+            Cell("Kratos 10.4.4, a(0) = g"),
+            *(Cell(energy, digits=4) for _, energy in REFERENCE),
+            Cell(),
+        ]
+    )
     columns = ["set-up", "energy at 0.05 s [J]", "energy at 0.10 s [J]", "run-out at 0.5 s [m]"]
     page.add(Table("energies", "Kinetic energies", columns, rows, numeric=(1, 2, 3)))
     return page
@@ -274,5 +332,7 @@ def moving_picture(times: np.ndarray, position: np.ndarray, strain: np.ndarray) 
     frames = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     file = io.BytesIO()
     pace = [100] * (len(frames) - 1) + [1500]  # [ms]; the end rests
-    frames[0].save(file, "GIF", save_all=True, append_images=frames[1:], duration=pace, loop=0, optimize=True)
+    frames[0].save(
+        file, "GIF", save_all=True, append_images=frames[1:], duration=pace, loop=0, optimize=True
+    )
     return file.getvalue()

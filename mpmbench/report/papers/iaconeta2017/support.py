@@ -20,7 +20,11 @@ METHODS: dict[str, dict[str, str]] = {
     "GMM-LME": {"method": "gmm", "basis": "lme"},
 }
 COLUMNS = ("MPM", "GMM-MLS", "GMM-LME")  # methods of the soil column
-MESHES = ((40, "soil"), (80, "soil"), (160, "soil_fine"))  # its resolutions, and the experiments that they are in
+MESHES = (
+    (40, "soil"),
+    (80, "soil"),
+    (160, "soil_fine"),
+)  # its resolutions, and the experiments that they are in
 LINES = {"UL-FEM": "-", "MPM": "--", "GMM-MLS": "-", "GMM-LME": ":"}
 COLOURS = {"UL-FEM": "#E69F00", "MPM": "#0072B2", "GMM-MLS": "#CC79A7", "GMM-LME": "#009E73"}
 MOST_POINTS = 400  # of a drawn history
@@ -29,10 +33,17 @@ MOST_POINTS = 400  # of a drawn history
 def look(name: str) -> dict[str, Any]:
     """Keywords of `Axes.plot` for one of the paper's methods."""
     basis = METHODS[name]["basis"]
-    return {"color": COLOURS[name], "linestyle": LINES[name], "marker": style.marker(basis), "label": name}
+    return {
+        "color": COLOURS[name],
+        "linestyle": LINES[name],
+        "marker": style.marker(basis),
+        "label": name,
+    }
 
 
-def history(campaigns: Campaigns, campaign: str, *wanted: str, **match: Any) -> tuple[str, dict[str, np.ndarray]]:
+def history(
+    campaigns: Campaigns, campaign: str, *wanted: str, **match: Any
+) -> tuple[str, dict[str, np.ndarray]]:
     """File and variables of the one run that matches, however it ended.
 
     Raises
@@ -50,11 +61,15 @@ def history(campaigns: Campaigns, campaign: str, *wanted: str, **match: Any) -> 
     absent = [name for name in wanted if name not in variables]
     if absent:
         state = found.runs.loc[file, "status"]
-        raise MissingRuns(f"{campaign}: the run with {match} holds no {', '.join(absent)} (status: {state})")
+        raise MissingRuns(
+            f"{campaign}: the run with {match} holds no {', '.join(absent)} (status: {state})"
+        )
     return file, variables
 
 
-def panels(rows: int, columns: int, height: float, width: float = 2.0 * style.COLUMN) -> tuple[Figure, np.ndarray]:
+def panels(
+    rows: int, columns: int, height: float, width: float = 2.0 * style.COLUMN
+) -> tuple[Figure, np.ndarray]:
     """A figure with a grid of axes, shape (rows, columns); lengths in inches."""
     figure = Figure(figsize=(width, height), layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False)
@@ -66,7 +81,9 @@ def single(height: float = 2.8, width: float = style.COLUMN) -> tuple[Figure, Ax
     return figure, axes[0, 0]
 
 
-def particles(axes: Axes, position: np.ndarray, values: np.ndarray, limits: tuple[float, float], size: float) -> Any:
+def particles(
+    axes: Axes, position: np.ndarray, values: np.ndarray, limits: tuple[float, float], size: float
+) -> Any:
     """Particles as coloured dots, drawn as an image inside the figure; no grid, equal scales."""
     dots = axes.scatter(
         position[:, 0],
@@ -86,7 +103,12 @@ def particles(axes: Axes, position: np.ndarray, values: np.ndarray, limits: tupl
 
 
 def contours(
-    axes: Axes, start: np.ndarray, position: np.ndarray, values: np.ndarray, levels: np.ndarray, colours: str
+    axes: Axes,
+    start: np.ndarray,
+    position: np.ndarray,
+    values: np.ndarray,
+    levels: np.ndarray,
+    colours: str,
 ) -> Any:
     """Filled contours of values at particles, shapes (P, 2), (P, 2) and (P,): joined up as at the `start`."""
     triangles = Triangulation(start[:, 0], start[:, 1]).triangles

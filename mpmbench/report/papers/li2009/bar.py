@@ -18,14 +18,21 @@ UPDATED, FROZEN = {"method__shape_functions": "updated"}, {"method__shape_functi
 FILTER = {"mass": "lumped", "method__transfer": "position_difference"}
 
 BARS: dict[str, dict[str, Any]] = {
-    "OTM, lumped mass, nodal velocities": OTM | LUMPED | UNIFORM | CELLS | {"particles_per_cell": 2},
+    "OTM, lumped mass, nodal velocities": OTM
+    | LUMPED
+    | UNIFORM
+    | CELLS
+    | {"particles_per_cell": 2},
     "OTM, consistent mass": OTM | CONSISTENT | UNIFORM,
     "linear FEM": {"method": "linear_fem"} | UNIFORM,
     "OTM, lumped, irregular nodes": OTM | LUMPED | IRREGULAR | {"particles_per_cell": 2},
     "OTM, consistent, irregular nodes": OTM | CONSISTENT | IRREGULAR,
     "linear FEM, irregular nodes": {"method": "linear_fem"} | IRREGULAR,
     "OTM, lumped, 1 particle per cell": OTM | LUMPED | UNIFORM | CELLS | {"particles_per_cell": 1},
-    "OTM, lumped, irregular, 1 particle per cell": OTM | LUMPED | IRREGULAR | {"particles_per_cell": 1},
+    "OTM, lumped, irregular, 1 particle per cell": OTM
+    | LUMPED
+    | IRREGULAR
+    | {"particles_per_cell": 1},
     "MPM, linear": {"method": "mpm", "basis": "linear"},
     "MPM, B-splines": {"method": "mpm", "basis": "bspline"},
     "unified": {"method": "unified"},
@@ -47,7 +54,14 @@ SHOWN = (
 STRETCHES = (1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.8, 2.0, 2.5, 3.0)
 GAMMAS = (0.8, 1.2, 1.8, 2.4, 3.2, 4.0, 6.8)
 STEPS = (6.25e-9, 1.25e-8, 2.5e-8, 5e-8, 1e-7, 2e-7)
-SERIES = ("time", "tip_displacement", "tip_displacement_exact", "tip_velocity", "tip_velocity_exact", "total_energy")
+SERIES = (
+    "time",
+    "tip_displacement",
+    "tip_displacement_exact",
+    "tip_velocity",
+    "tip_velocity_exact",
+    "total_energy",
+)
 
 
 def bar_chapter(campaigns: Campaigns) -> Chapter:
@@ -65,13 +79,22 @@ def bar_chapter(campaigns: Campaigns) -> Chapter:
             file, found = variables(campaigns, "fig4_12", *SERIES, **BARS[name])
             t = 1e6 * found["time"]
             axis.plot(t, scale * found[f"tip_{quantity}_exact"], **style.EXACT)
-            axis.plot(t, scale * found[f"tip_{quantity}"], color=style.colour(str(BARS[name]["method"])), lw=0.8)
+            axis.plot(
+                t,
+                scale * found[f"tip_{quantity}"],
+                color=style.colour(str(BARS[name]["method"])),
+                lw=0.8,
+            )
             axis.set_title(name, pad=3)
             files.append(file)
         figure.supxlabel(r"time [$\mu$s]", size=8)
         figure.supylabel(f"tip {quantity} [{unit}]".replace("um", r"$\mu$m"), size=8)
         page.draw(
-            quantity, f"Tip {quantity}", "100 nodes; black: exact solution. The last two are to fail.", figure, files
+            quantity,
+            f"Tip {quantity}",
+            "100 nodes; black: exact solution. The last two are to fail.",
+            figure,
+            files,
         )
     rows = []
     for name, match in BARS.items():
@@ -89,7 +112,9 @@ def bar_chapter(campaigns: Campaigns) -> Chapter:
     columns = ["method", "largest [m]", "smallest [m]", "relative L2 error", "largest speed [m/s]"]
     columns += ["energy drift", "energy left"]
     note = "Exact: 3.2975e-5 m and -3.2975e-5 m, 5 m/s. Extremes in the first period, error over 250 microseconds."
-    page.add(Table("tip", "The free end by method", columns, rows, note, numeric=tuple(range(1, 7))))
+    page.add(
+        Table("tip", "The free end by method", columns, rows, note, numeric=tuple(range(1, 7)))
+    )
     page.notes.append(
         "Position differences with a lumped mass are a filter in every step: the bar comes to rest. SPH with the "
         "derivatives of Eq. 2.5 takes its free end away at once; with symmetric derivatives it keeps its energy and "
@@ -109,8 +134,12 @@ def energy_chapter(campaigns: Campaigns) -> Chapter:
         "lumped, position differences": FILTER,
     }
     for rank, (name, match) in enumerate(variants.items()):
-        drifts = [cell(campaigns, "energy", "total_energy_drift", time_step=dt, **match) for dt in STEPS]
-        known = [(dt, d.value) for dt, d in zip(STEPS, drifts, strict=True) if isinstance(d.value, float)]
+        drifts = [
+            cell(campaigns, "energy", "total_energy_drift", time_step=dt, **match) for dt in STEPS
+        ]
+        known = [
+            (dt, d.value) for dt, d in zip(STEPS, drifts, strict=True) if isinstance(d.value, float)
+        ]
         if not known:
             raise MissingRuns(f"energy: no run with {name} has finished")
         axes.loglog(*zip(*known, strict=True), label=name, **style.line("otm", "lme", rank))
@@ -119,9 +148,23 @@ def energy_chapter(campaigns: Campaigns) -> Chapter:
     axes.set_xlabel("time step [s]")
     axes.set_ylabel("relative change of the energy")
     axes.legend()
-    page.draw("drift", "Largest change of the energy of the bar", "OTM with local max-ent functions.", figure, files)
+    page.draw(
+        "drift",
+        "Largest change of the energy of the bar",
+        "OTM with local max-ent functions.",
+        figure,
+        files,
+    )
     columns = ["mass and transfer", *(f"{dt:g} s" for dt in STEPS)]
-    page.add(Table("drift", "Largest relative change of the energy", columns, rows, numeric=tuple(range(1, 7))))
+    page.add(
+        Table(
+            "drift",
+            "Largest relative change of the energy",
+            columns,
+            rows,
+            numeric=tuple(range(1, 7)),
+        )
+    )
     return page
 
 
@@ -144,7 +187,11 @@ def stability_chapter(campaigns: Campaigns) -> Chapter:
         files += [file for one in found for file in one.files]
     figure, axes = single()
     picture = axes.pcolormesh(
-        range(len(STRETCHES)), range(len(GAMMAS)), np.maximum(growth, 1.0), norm=LogNorm(1.0, 1e10), cmap="magma_r"
+        range(len(STRETCHES)),
+        range(len(GAMMAS)),
+        np.maximum(growth, 1.0),
+        norm=LogNorm(1.0, 1e10),
+        cmap="magma_r",
     )
     axes.set_xticks(range(len(STRETCHES)), [f"{s:g}" for s in STRETCHES])
     axes.set_yticks(range(len(GAMMAS)), [f"{g:g}" for g in GAMMAS])
@@ -156,7 +203,13 @@ def stability_chapter(campaigns: Campaigns) -> Chapter:
     page.draw("map", "Growth by stretch and gamma", caption, figure, files)
     columns = ["gamma", *(f"{s:g}" for s in STRETCHES)]
     page.add(
-        Table("growth", "Growth of the disturbance by stretch", columns, rows, numeric=tuple(range(1 + len(STRETCHES))))
+        Table(
+            "growth",
+            "Growth of the disturbance by stretch",
+            columns,
+            rows,
+            numeric=tuple(range(1 + len(STRETCHES))),
+        )
     )
     rows = []
     others: dict[str, dict[str, Any]] = {
@@ -168,7 +221,10 @@ def stability_chapter(campaigns: Campaigns) -> Chapter:
         "linear FEM": {"method": "linear_fem"},
     }
     for name, match in others.items():
-        stretched = [_growth(campaigns, "stability_frozen", problem__stretch=s, **match) for s in (1.2, 1.4, 1.6, 2.0)]
+        stretched = [
+            _growth(campaigns, "stability_frozen", problem__stretch=s, **match)
+            for s in (1.2, 1.4, 1.6, 2.0)
+        ]
         rows.append([Cell(name), *stretched])
     columns = ["method", "1.2", "1.4", "1.6", "2"]
     page.add(Table("frozen", "The same with other functions", columns, rows, numeric=(1, 2, 3, 4)))

@@ -31,8 +31,20 @@ def table_chapter(campaigns: Campaigns) -> Chapter:
             row = [Cell(gamma), Cell("with line search" if line_search else "plain")]
             for k, tolerance in enumerate(TOLERANCES):
                 row.append(Cell(PUBLISHED[gamma][k]))
-                row.append(cell(campaigns, "table2_1", "newton_steps_mean", basis__tolerance=tolerance, **match))
-            row.append(cell(campaigns, "table2_1", "newton_failures_share", basis__tolerance=1e-10, **match))
+                row.append(
+                    cell(
+                        campaigns,
+                        "table2_1",
+                        "newton_steps_mean",
+                        basis__tolerance=tolerance,
+                        **match,
+                    )
+                )
+            row.append(
+                cell(
+                    campaigns, "table2_1", "newton_failures_share", basis__tolerance=1e-10, **match
+                )
+            )
             rows.append(row)
     columns = ["gamma", "Newton's method"]
     for name in ("1e-5", "1e-10", "round-off"):
@@ -66,14 +78,18 @@ def boundary_chapter(campaigns: Campaigns) -> Chapter:
         on_edge = (np.abs(X - 5.0) > 5.0 - 1e-9).any(axis=1)
         for k, name in enumerate(SHOWN):
             axis = axes[row, k]
-            picture = axis.contourf(*grid, phi[:, k].reshape(n, n), levels=np.linspace(0.0, 1.0, 21), cmap="magma_r")
+            picture = axis.contourf(
+                *grid, phi[:, k].reshape(n, n), levels=np.linspace(0.0, 1.0, 21), cmap="magma_r"
+            )
             corner = np.maximum(nodes[k] - 0.5 * WINDOW, 0.0)
             _window(axis, corner, name if row == 0 else "")
             axis.plot(*nodes[k], "+", color="white", ms=4, mew=0.7, clip_on=False)
             largest, edge = float(phi[:, k].max()), float(phi[on_edge, k].max())
             rows.append([Cell(name), Cell(stretch), Cell(largest, (file,)), Cell(edge, (file,))])
         axes[row, 0].set_ylabel("anisotropic" if row else "isotropic")
-    figure.colorbar(picture, ax=list(axes.ravel()), label="function", shrink=0.6, ticks=(0.0, 0.5, 1.0))
+    figure.colorbar(
+        picture, ax=list(axes.ravel()), label="function", shrink=0.6, ticks=(0.0, 0.5, 1.0)
+    )
     figure.supxlabel("$x_1$ [m]", size=8)
     figure.supylabel("$x_2$ [m]", size=8)
     caption = (
@@ -99,18 +115,33 @@ def gamma_chapter(campaigns: Campaigns) -> Chapter:
     for k, gamma in enumerate(GAMMAS):
         file, found = variables(campaigns, "fig2_4", *WANTED, basis__gamma=gamma)
         files.append(file)
-        X, phi, slope = found["position_initial"], found["shape_function"][:, 0], found["shape_function_gradient"]
+        X, phi, slope = (
+            found["position_initial"],
+            found["shape_function"][:, 0],
+            found["shape_function_gradient"],
+        )
         n = round(len(X) ** 0.5)
         grid = [X[:, d].reshape(n, n) for d in (0, 1)]
         slope = slope[:, 0, 0]
         largest = float(np.abs(slope).max())
         values, slopes = phi.reshape(n, n), slope.reshape(n, n)
         above = axes[0, k].contourf(*grid, values, levels=np.linspace(0.0, 1.0, 21), cmap="magma_r")
-        below = axes[1, k].contourf(*grid, slopes / largest, levels=np.linspace(-1.0, 1.0, 22), cmap="RdBu_r")
-        for axis, title in zip(axes[:, k], (f"gamma = {gamma:g}", f"largest {largest:.2f} / m"), strict=True):
+        below = axes[1, k].contourf(
+            *grid, slopes / largest, levels=np.linspace(-1.0, 1.0, 22), cmap="RdBu_r"
+        )
+        for axis, title in zip(
+            axes[:, k], (f"gamma = {gamma:g}", f"largest {largest:.2f} / m"), strict=True
+        ):
             _window(axis, found["shown_nodes"][0] - 0.5 * WINDOW, title)
         support = float(np.mean(phi > 1e-3) * 100.0)
-        rows.append([Cell(gamma), Cell(float(phi.max()), (file,)), Cell(largest, (file,)), Cell(support, (file,))])
+        rows.append(
+            [
+                Cell(gamma),
+                Cell(float(phi.max()), (file,)),
+                Cell(largest, (file,)),
+                Cell(support, (file,)),
+            ]
+        )
     figure.colorbar(above, ax=list(axes[0]), label="function", ticks=(0.0, 0.5, 1.0))
     figure.colorbar(below, ax=list(axes[1]), label="derivative / largest", ticks=(-1.0, 0.0, 1.0))
     figure.supxlabel("$x_1$ [m]", size=8)
@@ -144,7 +175,11 @@ def _section(page: Chapter, campaigns: Campaigns) -> None:
         X, phi = found["position_initial"], found["shape_function"][:, 0]
         line = np.abs(X[:, 1] - X[np.argmax(phi), 1]) < 1e-9
         axes[0, 0].plot(
-            X[line, 0], phi[line], style.LINE_STYLES[k], color=style.colour("otm"), label=f"gamma = {gamma:g}"
+            X[line, 0],
+            phi[line],
+            style.LINE_STYLES[k],
+            color=style.colour("otm"),
+            label=f"gamma = {gamma:g}",
         )
         files.append(file)
     axes[0, 0].set_xlim(2.0, 8.0)
@@ -152,4 +187,6 @@ def _section(page: Chapter, campaigns: Campaigns) -> None:
     axes[0, 0].set_ylabel("function")
     axes[0, 0].legend()
     caption = "As gamma grows the function becomes that of linear elements; its corners are smooth on a finer scale."
-    page.draw("section", "The function on a line through its highest sample", caption, figure, files)
+    page.draw(
+        "section", "The function on a line through its highest sample", caption, figure, files
+    )

@@ -32,11 +32,21 @@ def exact_chapter(campaigns: Campaigns) -> Chapter:
     file, found = variables(campaigns, "fig4_3", *FIELDS, resolution=50)
     X, times = found["position_initial"][:, 0], found["snapshot_time"]
     line = np.linspace(0.0, X.max(), 240)
-    units = {"density": "kg/m$^3$", "displacement": "m", "velocity": "m/s", "acceleration": "m/s$^2$"}
+    units = {
+        "density": "kg/m$^3$",
+        "displacement": "m",
+        "velocity": "m/s",
+        "acceleration": "m/s$^2$",
+    }
     figure, axes = panels(2, 2, height=1.7, sharex=True)
     for axis, (name, unit) in zip(axes.ravel(), units.items(), strict=True):
         for k, t in enumerate(times):
-            axis.plot(line, exact_shock(line, t)[name], color=str(0.75 * (1.0 - k / (len(times) - 1))), lw=0.9)
+            axis.plot(
+                line,
+                exact_shock(line, t)[name],
+                color=str(0.75 * (1.0 - k / (len(times) - 1))),
+                lw=0.9,
+            )
         axis.set_ylabel(f"{name} [{unit}]")
     figure.supxlabel("$X_1$ [m]", size=8)
     caption = "Exact fields at t = 0 (light) to 6 L/C (dark), with + log 2 in Eqs. 4.21a and 4.23b."
@@ -45,7 +55,9 @@ def exact_chapter(campaigns: Campaigns) -> Chapter:
     reference = found["volume"][0] / (SHOCK["rho"] / exact_shock(X, 0.0)["density"])
     lag = 0.5 * _step(campaigns, file)  # a velocity lives half a step before its instant
     near = line[line < SHOWN_LENGTH]
-    for k, face in zip(range(1, len(times), 2), ("white", "#f3c4a3", style.colour("otm")), strict=False):
+    for k, face in zip(
+        range(1, len(times), 2), ("white", "#f3c4a3", style.colour("otm")), strict=False
+    ):
         computed = {
             "density": SHOCK["rho"] * reference / found["volume"][k],
             "displacement": found["displacement"][k, :, 0],
@@ -58,7 +70,9 @@ def exact_chapter(campaigns: Campaigns) -> Chapter:
             points = {"ms": 3.2, "mfc": face, "mec": style.colour("otm"), "mew": 0.6}
             above.plot(X[X < SHOWN_LENGTH], values[X < SHOWN_LENGTH], "D", **points)
             error = (values - exact_shock(X, t)[name])[X < SHOWN_LENGTH]
-            below.plot(X[X < SHOWN_LENGTH], error, "D-", lw=0.6, color=style.colour("otm"), **points)
+            below.plot(
+                X[X < SHOWN_LENGTH], error, "D-", lw=0.6, color=style.colour("otm"), **points
+            )
             above.set_ylabel(f"{name} [{units[name]}]")
             below.set_ylabel(f"error [{units[name]}]")
             below.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
@@ -111,17 +125,30 @@ def irregular_chapter(campaigns: Campaigns) -> Chapter:
 
 def particles_chapter(campaigns: Campaigns) -> Chapter:
     """More particles per cell."""
-    page = Chapter("particles", "Particles per cell: what they do for the density, beyond the thesis")
+    page = Chapter(
+        "particles", "Particles per cell: what they do for the density, beyond the thesis"
+    )
     figure, axes = panels(1, 2, height=2.1, sharey=True)
     rows, files = [], []
     for axis, share in zip(axes[0], (0.0, 0.2), strict=True):
         for rank, gradient in enumerate(("exact", "consistent")):
             match: dict[str, Any] = {"problem__irregularity": share, "basis__gradient": gradient}
-            errors = [cell(campaigns, "particles", DENSITY, particles_per_cell=n, **match) for n in PARTICLES]
-            known = [(n, e.value) for n, e in zip(PARTICLES, errors, strict=True) if isinstance(e.value, float)]
+            errors = [
+                cell(campaigns, "particles", DENSITY, particles_per_cell=n, **match)
+                for n in PARTICLES
+            ]
+            known = [
+                (n, e.value)
+                for n, e in zip(PARTICLES, errors, strict=True)
+                if isinstance(e.value, float)
+            ]
             if not known:
                 raise MissingRuns(f"particles: no run with {gradient} gradients has finished")
-            axis.loglog(*zip(*known, strict=True), label=f"{gradient} gradients", **style.line("otm", "lme", rank))
+            axis.loglog(
+                *zip(*known, strict=True),
+                label=f"{gradient} gradients",
+                **style.line("otm", "lme", rank),
+            )
             rows.append([Cell("irregular" if share else "uniform"), Cell(gradient), *errors])
             files += [file for e in errors for file in e.files]
         axis.set_title("20 % irregular nodes" if share else "uniform nodes", pad=3)
@@ -131,7 +158,9 @@ def particles_chapter(campaigns: Campaigns) -> Chapter:
     axes[0, 0].legend()
     figure.supxlabel("particles per cell", size=8)
     figure.supylabel("density error [kg/m$^2$]", size=8)
-    page.draw("density", "Error of the density", "50 cells, OTM, lumped mass, gamma = 1.8.", figure, files)
+    page.draw(
+        "density", "Error of the density", "50 cells, OTM, lumped mass, gamma = 1.8.", figure, files
+    )
     columns = ["nodes", "gradients", *(f"{n} per cell" for n in PARTICLES)]
     title = "Largest L1 error of the density [kg/m2]"
     page.add(Table("density", title, columns, rows, numeric=tuple(range(2, 8))))
@@ -150,12 +179,35 @@ def mass_chapter(campaigns: Campaigns) -> Chapter:
         for transfer in ("nodal", "position_difference"):
             for n in (1, 2):
                 match = OTM | {"mass": mass, "method__transfer": transfer, "particles_per_cell": n}
-                errors = [cell(campaigns, "mass_transfer", norm, **match) for norm in (VELOCITY, DENSITY)]
+                errors = [
+                    cell(campaigns, "mass_transfer", norm, **match) for norm in (VELOCITY, DENSITY)
+                ]
                 failed = isinstance(errors[0].value, str) and errors[0].files
-                why = str(campaigns["mass_transfer"].runs.reason[errors[0].files[0]]) if failed else ""
-                rows.append([Cell(mass), Cell(transfer.replace("_", " ")), Cell(n), *errors, Cell(why.split(":")[0])])
-    columns = ["mass", "transfer", "particles per cell", "velocity error [m^1.5/s]", "density error [kg/m2]", "reason"]
-    page.add(Table("mass", "OTM with 50 cells, by mass and transfer", columns, rows, numeric=(2, 3, 4)))
+                why = (
+                    str(campaigns["mass_transfer"].runs.reason[errors[0].files[0]])
+                    if failed
+                    else ""
+                )
+                rows.append(
+                    [
+                        Cell(mass),
+                        Cell(transfer.replace("_", " ")),
+                        Cell(n),
+                        *errors,
+                        Cell(why.split(":")[0]),
+                    ]
+                )
+    columns = [
+        "mass",
+        "transfer",
+        "particles per cell",
+        "velocity error [m^1.5/s]",
+        "density error [kg/m2]",
+        "reason",
+    ]
+    page.add(
+        Table("mass", "OTM with 50 cells, by mass and transfer", columns, rows, numeric=(2, 3, 4))
+    )
     runs, settings = campaigns["shock_methods"].runs, campaigns["shock_methods"].settings
     rows = []
     for file in runs.sort_values(["method", "basis"]).index:
@@ -166,7 +218,12 @@ def mass_chapter(campaigns: Campaigns) -> Chapter:
             ("method.shape_functions", "updated"),
         ):
             value = settings[key][file] if key in settings else None
-            if value is not None and value == value and value != usual and runs.basis[file] == "lme":
+            if (
+                value is not None
+                and value == value
+                and value != usual
+                and runs.basis[file] == "lme"
+            ):
                 name += f", {key.partition('.')[2].replace('_', ' ')} {value}"
         done = runs.status[file] == "ok"
         errors = [
@@ -176,5 +233,13 @@ def mass_chapter(campaigns: Campaigns) -> Chapter:
         reason = Cell("" if done else str(runs.reason[file]).partition(" (")[0])
         rows.append([Cell(name), Cell(str(runs.mass[file])), *errors, reason])
     columns = ["method", "mass", "velocity error [m^1.5/s]", "density error [kg/m2]", "reason"]
-    page.add(Table("methods", "All methods, 50 cells, two particles per cell", columns, rows, numeric=(2, 3)))
+    page.add(
+        Table(
+            "methods",
+            "All methods, 50 cells, two particles per cell",
+            columns,
+            rows,
+            numeric=(2, 3),
+        )
+    )
     return page

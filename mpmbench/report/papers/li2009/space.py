@@ -6,11 +6,23 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mpmbench.report import style
-from mpmbench.report.papers.li2009.support import DENSITY, FIELDS, OTM, VELOCITY, exact_shock, panels
+from mpmbench.report.papers.li2009.support import (
+    DENSITY,
+    FIELDS,
+    OTM,
+    VELOCITY,
+    exact_shock,
+    panels,
+)
 from mpmbench.report.papers.parts import Campaigns, Chapter, cell, variables
 from mpmbench.report.tables import Cell, Table
 
-COLOURS: dict[str, Any] = {"cmap": "viridis", "vmin": 0.0, "vmax": 2.2, "rasterized": True}  # velocity [m/s]
+COLOURS: dict[str, Any] = {
+    "cmap": "viridis",
+    "vmin": 0.0,
+    "vmax": 2.2,
+    "rasterized": True,
+}  # velocity [m/s]
 VIEW = (30.0, 18.0)  # turn about the vertical and tilt [degrees]
 STRIP: dict[str, dict[str, Any]] = {
     "gamma = 1.8": OTM | {"basis__gamma": 1.8, "basis__gradient": "exact", "particles_per_cell": 1},
@@ -19,7 +31,9 @@ STRIP: dict[str, dict[str, Any]] = {
     "gamma = 1.8, 2 x 2 particles per cell": OTM | {"particles_per_cell": 4},
     "linear FEM, 2 x 2 particles per cell": {"method": "linear_fem"},
 }
-CYLINDER: dict[str, dict[str, Any]] = {f"gamma = {gamma:g}": OTM | {"basis__gamma": gamma} for gamma in (1.8, 4.0)}
+CYLINDER: dict[str, dict[str, Any]] = {
+    f"gamma = {gamma:g}": OTM | {"basis__gamma": gamma} for gamma in (1.8, 4.0)
+}
 
 
 def strip_chapter(campaigns: Campaigns) -> Chapter:
@@ -35,7 +49,9 @@ def strip_chapter(campaigns: Campaigns) -> Chapter:
         for k, t in enumerate(found["snapshot_time"][1:], 1):
             x = found["position_initial"] if place == "reference" else found["position"][k]
             axis = axes[3 * row + k - 1, 0]
-            picture = _strip(axis, x, found["velocity"][k, :, 0], f"{place}, t = {1e3 * t:.2f} ms", 3.0)
+            picture = _strip(
+                axis, x, found["velocity"][k, :, 0], f"{place}, t = {1e3 * t:.2f} ms", 3.0
+            )
             axis.set_xlim(-0.5, 44.0)
     figure.colorbar(picture, ax=list(axes[:, 0]), label="velocity [m/s]", shrink=0.7)
     figure.supxlabel("$x_1$ [mm]", size=8)
@@ -93,9 +109,13 @@ def cylinder_chapter(campaigns: Campaigns) -> Chapter:
     X = found["position_initial"]
     kept = (X[:, 1] >= 0.0) | (X[:, 2] <= 0.0)
     for row, k in enumerate(range(1, len(found["snapshot_time"]))):
-        for axis, x, name in zip(axes[row], (X, found["position"][k]), ("reference", "deformed"), strict=True):
+        for axis, x, name in zip(
+            axes[row], (X, found["position"][k]), ("reference", "deformed"), strict=True
+        ):
             picture = _body(axis, 1e3 * x[kept], found["velocity"][k, kept, 0])
-            axis.set_title(f"{name}, t = {1e3 * found['snapshot_time'][k]:.2f} ms", pad=0, fontsize=7)
+            axis.set_title(
+                f"{name}, t = {1e3 * found['snapshot_time'][k]:.2f} ms", pad=0, fontsize=7
+            )
     figure.colorbar(picture, ax=list(axes.ravel()), label="velocity [m/s]", shrink=0.7)
     caption = (
         "Material points, a quarter of the cylinder cut away, where they were at first (Fig. 4.8) and where they are "
@@ -119,7 +139,11 @@ def _body(axis: Axes, x: np.ndarray, v: np.ndarray) -> Any:
     def seen(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         away = x[:, 0] * np.sin(turn) + x[:, 1] * np.cos(turn)
         across = x[:, 0] * np.cos(turn) - x[:, 1] * np.sin(turn)
-        return across, x[:, 2] * np.cos(tilt) + away * np.sin(tilt), away * np.cos(tilt) - x[:, 2] * np.sin(tilt)
+        return (
+            across,
+            x[:, 2] * np.cos(tilt) + away * np.sin(tilt),
+            away * np.cos(tilt) - x[:, 2] * np.sin(tilt),
+        )
 
     across, up, depth = seen(x)
     order = np.argsort(-depth)
@@ -144,10 +168,19 @@ def _along(page: Chapter, campaigns: Campaigns) -> list[str]:
         X, t = found["position_initial"][:, 0], float(found["snapshot_time"][-1])
         V0 = found["volume"][0] * exact_shock(X, float(found["snapshot_time"][0]))["density"]
         line = np.linspace(0.0, X.max(), 240)
-        computed = {"velocity [m/s]": found["velocity"][-1, :, 0], "density [kg/m$^3$]": V0 / found["volume"][-1]}
+        computed = {
+            "velocity [m/s]": found["velocity"][-1, :, 0],
+            "density [kg/m$^3$]": V0 / found["volume"][-1],
+        }
         for axis, (label, values) in zip(axes[:, column], computed.items(), strict=True):
-            axis.plot(1e3 * X, values, ".", ms=1.5, mew=0.0, color=style.colour("otm"), rasterized=True)
-            axis.plot(1e3 * line, exact_shock(line, t)[label.partition(" ")[0]], **style.EXACT | {"zorder": 3.0})
+            axis.plot(
+                1e3 * X, values, ".", ms=1.5, mew=0.0, color=style.colour("otm"), rasterized=True
+            )
+            axis.plot(
+                1e3 * line,
+                exact_shock(line, t)[label.partition(" ")[0]],
+                **style.EXACT | {"zorder": 3.0},
+            )
             if column == 0:
                 axis.set_ylabel(label)
         axes[0, column].set_title(name, pad=3)
@@ -169,7 +202,12 @@ def _errors(campaigns: Campaigns, campaign: str, shown: dict[str, dict[str, Any]
         if isinstance(numbers[2].value, str):  # finite elements do not look for neighbours
             numbers[2] = Cell("")
         rows.append([Cell(name), *errors, across, *numbers])
-    columns = ["functions", "velocity error [m^1.5/s]", "density error [kg/m2]", "largest speed across [m/s]"]
+    columns = [
+        "functions",
+        "velocity error [m^1.5/s]",
+        "density error [kg/m2]",
+        "largest speed across [m/s]",
+    ]
     columns += ["nodes", "particles", "neighbours", "steps", "time [s]"]
     note = "Errors are largest ones over time, Eq. 4.27; the speed across is that of one material point at the end."
     return Table("errors", "Errors and cost", columns, rows, note, numeric=tuple(range(1, 9)))

@@ -25,14 +25,22 @@ def exact_shock(X: np.ndarray, t: float) -> dict[str, np.ndarray]:
     J = 0.5 * (ahead + behind) + 0.5 * (ahead - behind) * np.tanh(s)
     log_2cosh = np.abs(s) + np.log1p(np.exp(-2.0 * np.abs(s)))
     return {
-        "displacement": (0.5 * (ahead + behind) - 1.0) * (X - C * t) + L * (ahead - behind) * log_2cosh,
+        "displacement": (0.5 * (ahead + behind) - 1.0) * (X - C * t)
+        + L * (ahead - behind) * log_2cosh,
         "velocity": C * (1.0 - J),
         "density": rho / J,
-        "acceleration": C * C * 0.25 * (ahead - behind) / L / np.cosh(np.clip(s, -300.0, 300.0)) ** 2,
+        "acceleration": C
+        * C
+        * 0.25
+        * (ahead - behind)
+        / L
+        / np.cosh(np.clip(s, -300.0, 300.0)) ** 2,
     }
 
 
-def panels(rows: int, columns: int, height: float = 1.6, **kwargs: Any) -> tuple[Figure, np.ndarray]:
+def panels(
+    rows: int, columns: int, height: float = 1.6, **kwargs: Any
+) -> tuple[Figure, np.ndarray]:
     """A figure two columns wide with panels."""
     figure = Figure(figsize=(2 * style.COLUMN, 0.3 + height * rows), layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False, **kwargs)

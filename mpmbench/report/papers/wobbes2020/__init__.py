@@ -27,7 +27,12 @@ CLAIMS = (
         "Fig. 6",
         claims.maxent_accurate,
     ),
-    Claim("maxent_order", "With max-ent functions the order is between 1 and 2", "Fig. 6", claims.maxent_order),
+    Claim(
+        "maxent_order",
+        "With max-ent functions the order is between 1 and 2",
+        "Fig. 6",
+        claims.maxent_order,
+    ),
     Claim(
         "spline_order",
         "BSMPM and the unified method have order 3 until a limiting value",
@@ -46,7 +51,12 @@ CLAIMS = (
         "Sect. 8.2",
         claims.stays_stable,
     ),
-    Claim("edge_quadrature", "The errors at the right edge are due to quadrature", "Fig. 7", claims.edge_quadrature),
+    Claim(
+        "edge_quadrature",
+        "The errors at the right edge are due to quadrature",
+        "Fig. 7",
+        claims.edge_quadrature,
+    ),
     Claim(
         "better_than_mpm",
         "OTM and the unified method are more accurate than their MPM counterparts",
@@ -65,7 +75,12 @@ CLAIMS = (
         "Table 1",
         claims.cheaper_81,
     ),
-    Claim("cheaper_82", "B-splines are ten times cheaper than max-ent functions", "Sect. 8.2", claims.cheaper_82),
+    Claim(
+        "cheaper_82",
+        "B-splines are ten times cheaper than max-ent functions",
+        "Sect. 8.2",
+        claims.cheaper_82,
+    ),
     Claim("table1", "The ratios of computational times", "Table 1", claims.table_of_times),
 )
 

@@ -54,7 +54,14 @@ def ablation_chapter(campaigns: Campaigns) -> Chapter:
         name = BASIS_NAMES.get(basis, basis)
         axes.semilogy(range(len(path)), values, color="#999999", lw=0.9, zorder=1)
         for k, value in enumerate(values):
-            axes.plot(k, value, style.marker(basis), color=blend(k / (len(path) - 1)), ms=6, label=None if k else name)
+            axes.plot(
+                k,
+                value,
+                style.marker(basis),
+                color=blend(k / (len(path) - 1)),
+                ms=6,
+                label=None if k else name,
+            )
         for k, (label, _) in enumerate(path):
             gain = ratio(errors[k], errors[k - 1]) if k else Cell()
             rows.append([Cell(name), Cell(label), errors[k], gain, stresses[k]])
@@ -65,7 +72,13 @@ def ablation_chapter(campaigns: Campaigns) -> Chapter:
     axes.legend(loc="lower left")
     caption = "Bar with dynamic traction, 68 cells, t = 0.4 s: every point adds one choice to those before it."
     page.draw("waterfall", "From MPM to OTM and the unified method", caption, figure, files)
-    columns = ["basis", "choice added", "RMS displacement error [m]", "times the one before", "RMS stress error [Pa]"]
+    columns = [
+        "basis",
+        "choice added",
+        "RMS displacement error [m]",
+        "times the one before",
+        "RMS stress error [Pa]",
+    ]
     page.add(Table("waterfall", "Errors along the way", columns, rows, numeric=(2, 3, 4)))
     columns = ["basis", "choice undone", "RMS displacement error [m]", "times the end of the way"]
     title = "The end of the way (OTM; for B-splines the unified method) with one choice undone"

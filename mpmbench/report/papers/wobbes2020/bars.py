@@ -37,25 +37,40 @@ def fig5_chapter(campaigns: Campaigns) -> Chapter:
     for axis, (name, cells) in zip(axes, shown.items(), strict=True):
         match = method(name, resolution=cells)
         file, found = fields(campaigns, "fig5", *PROFILE, **match)
-        x, stress, exact = found["position"][:, 0], found["stress"][:, 0, 0], found["stress_exact"][:, 0, 0]
+        x, stress, exact = (
+            found["position"][:, 0],
+            found["stress"][:, 0, 0],
+            found["stress_exact"][:, 0, 0],
+        )
         exact_line(axis, x, exact)
         scatter(axis, x, stress, name)
         axis.set_title(f"{name}, {cells + 1} nodes", pad=3)
         files.append(file)
         errors[name] = x, stress - exact
         largest = float(np.abs(stress - exact).max())
-        rows.append([Cell(name), Cell(cells + 1), cell(campaigns, "fig5", STRESS, **match), Cell(largest, (file,))])
+        rows.append(
+            [
+                Cell(name),
+                Cell(cells + 1),
+                cell(campaigns, "fig5", STRESS, **match),
+                Cell(largest, (file,)),
+            ]
+        )
         rows[-1].append(cell(campaigns, "fig5", "n_cell_crossings", **match))
     figure.supxlabel("position $x_1$ [m]", size=8)
     figure.supylabel(r"stress $\sigma$ [Pa]", size=8)
-    page.draw("stress", "Final stress", "Particles, and the exact solution in black.", figure, files)
+    page.draw(
+        "stress", "Final stress", "Particles, and the exact solution in black.", figure, files
+    )
     figure, axes = panels(len(shown), 2, height=1.3, sharey=False)
     for axis, (name, (x, wrong)) in zip(axes, errors.items(), strict=True):
         scatter(axis, x, wrong, name)
         axis.set_title(f"{name}, {shown[name] + 1} nodes", pad=3)
     figure.supxlabel("position $x_1$ [m]", size=8)
     figure.supylabel("error of the stress [Pa]", size=8)
-    page.draw("error", "Error of the final stress", "Each panel has a scale of its own.", figure, files)
+    page.draw(
+        "error", "Error of the final stress", "Each panel has a scale of its own.", figure, files
+    )
     columns = ["method", "nodes", "RMS stress error [Pa]", "largest [Pa]", "cell crossings"]
     page.add(Table("errors", "Errors of the stress", columns, rows, numeric=(1, 2, 3, 4)))
     return page
@@ -77,7 +92,15 @@ def fig6_chapter(campaigns: Campaigns) -> Chapter:
         counts = [cell(campaigns, "fig6", "n_cell_crossings", **match) for match in grids]
         rows.append([Cell(name), *counts])
     columns = ["method", *(f"{n + 1} nodes" for n in (63, 127, 255, 511))]
-    page.add(Table("crossings", "Cell crossings of particles during the run", columns, rows, numeric=(1, 2, 3, 4)))
+    page.add(
+        Table(
+            "crossings",
+            "Cell crossings of particles during the run",
+            columns,
+            rows,
+            numeric=(1, 2, 3, 4),
+        )
+    )
     page.notes.append(
         "The broken line is the error of the time step alone; orders are read with a step ten times smaller."
     )
@@ -155,11 +178,16 @@ def _fig7_errors(campaigns: Campaigns) -> Table:
         tractions = ("end_point",) if name in MOVING else ("last_particle", "end_point")
         for traction in tractions:
             for particles in (4, 8, 16) if name == "BSMPM" else (4,):
-                match = _as_paper(name) | {"particles_per_cell": particles, "method__traction": traction}
+                match = _as_paper(name) | {
+                    "particles_per_cell": particles,
+                    "method__traction": traction,
+                }
                 file, found = fields(campaigns, "fig7", *PROFILE, **match)
                 near = found["position_initial"][:, 0] > 1.0 - EDGE
                 wrong = (found["stress"] - found["stress_exact"])[:, 0, 0]
-                at_edge, elsewhere = (float(np.sqrt(np.mean(wrong[part] ** 2))) for part in (near, ~near))
+                at_edge, elsewhere = (
+                    float(np.sqrt(np.mean(wrong[part] ** 2))) for part in (near, ~near)
+                )
                 rows.append(
                     [
                         *(Cell(name), Cell(traction.replace("_", " ")), Cell(particles)),
@@ -169,9 +197,17 @@ def _fig7_errors(campaigns: Campaigns) -> Table:
                         *(derived(at_edge, file), derived(elsewhere, file)),
                     ]
                 )
-    columns = ["method", "load at", "particles per cell", "RMS displacement error [m]", "against linear wave [m]"]
+    columns = [
+        "method",
+        "load at",
+        "particles per cell",
+        "RMS displacement error [m]",
+        "against linear wave [m]",
+    ]
     columns += ["RMS stress error [Pa]", "at the edge [Pa]", "elsewhere [Pa]"]
-    return Table("errors", "Errors at t = 0.4 s on 68 cells", columns, rows, numeric=tuple(range(2, 8)))
+    return Table(
+        "errors", "Errors at t = 0.4 s on 68 cells", columns, rows, numeric=tuple(range(2, 8))
+    )
 
 
 def fig8_chapter(campaigns: Campaigns) -> Chapter:

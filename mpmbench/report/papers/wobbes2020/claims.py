@@ -25,7 +25,9 @@ def grid_crossing(runs: Runs) -> Answer:
     """Order before and after particles cross cells, in MPM and OTM; and whether crossing is needed for the loss."""
     before, after = _slope(runs, "MPM-P1", 15, 63), _slope(runs, "MPM-P1", 127, 511)
     otm = _slope(runs, "OTM-P1", 127, 511)
-    crossings = [runs.number("fig6", "n_cell_crossings", **method("MPM-P1", resolution=n)) for n in (63, 511)]
+    crossings = [
+        runs.number("fig6", "n_cell_crossings", **method("MPM-P1", resolution=n)) for n in (63, 511)
+    ]
     because = (
         f"MPM-P1 has slope {before:.2f} from 16 to 64 nodes ({crossings[0]:g} crossings at 64) and {after:.2f} from "
         f"128 to 512 ({crossings[1]:g} at 512); OTM-P1 has {otm:.2f} there"
@@ -35,7 +37,13 @@ def grid_crossing(runs: Runs) -> Answer:
         return FAILS, because
     exponent, of_mpm, of_otm = floor_growth(Campaigns(runs.campaigns))
     inside = [
-        runs.number("amplitude_floor", "n_cell_crossings", method="mpm", resolution=256, problem__velocity_amplitude=v)
+        runs.number(
+            "amplitude_floor",
+            "n_cell_crossings",
+            method="mpm",
+            resolution=256,
+            problem__velocity_amplitude=v,
+        )
         for v in (0.01, 0.02)
     ]
     if max(inside) == 0 and of_mpm < 1.0 < of_otm:
@@ -52,7 +60,8 @@ def maxent_accurate(runs: Runs) -> Answer:
     for scheme in ("MPM", "OTM"):
         for n in (7, 15, 31, 63):
             linear, maxent = (
-                runs.number("fig6", ERROR, **method(f"{scheme}-{basis}", resolution=n)) for basis in ("P1", "maxent")
+                runs.number("fig6", ERROR, **method(f"{scheme}-{basis}", resolution=n))
+                for basis in ("P1", "maxent")
             )
             gains[scheme, n] = linear / maxent
     least = min(gains.values())
@@ -63,7 +72,9 @@ def maxent_accurate(runs: Runs) -> Answer:
 
 def maxent_order(runs: Runs) -> Answer:
     """Order of max-ent with consistent mass, and with lumped."""
-    consistent = [runs.order("orders", ERROR, **method(name)) for name in ("MPM-maxent", "OTM-maxent")]
+    consistent = [
+        runs.order("orders", ERROR, **method(name)) for name in ("MPM-maxent", "OTM-maxent")
+    ]
     lumped = runs.order("orders", ERROR, **METHODS["MPM-maxent"], mass="lumped")
     because = (
         f"with consistent mass p = {_words(consistent[0])} (MPM) and {_words(consistent[1])} (OTM), with lumped mass "
@@ -95,7 +106,12 @@ def spline_order(runs: Runs) -> Answer:
 
 def splines_inconsistent(runs: Runs) -> Answer:
     """Algorithm 2, position differences included, with quadratic B-splines, against the unified method."""
-    match = {"basis": "bspline", "mass": "consistent", "method__nodes": "moving", "method__traction": "end_point"}
+    match = {
+        "basis": "bspline",
+        "mass": "consistent",
+        "method__nodes": "moving",
+        "method__traction": "end_point",
+    }
     otm, unified = (
         runs.number("ablation", ERROR, **match, method__transfer=transfer)
         for transfer in ("position_difference", "flip")
@@ -115,11 +131,18 @@ def stays_stable(runs: Runs) -> Answer:
             for sign in SIGNS:
                 for layout in LAYOUTS:
                     match = {"problem__domain_cells": cells, "problem__traction_amplitude": sign}
-                    status = runs.status("breakdown", **METHODS[name], **match, problem__particle_layout=layout)
-                    ends.setdefault(f"{name} {'81' if cells < 83 else '85'}", []).append(status == "ok")
+                    status = runs.status(
+                        "breakdown", **METHODS[name], **match, problem__particle_layout=layout
+                    )
+                    ends.setdefault(f"{name} {'81' if cells < 83 else '85'}", []).append(
+                        status == "ok"
+                    )
     cut = [
         runs.status(
-            "cutoff", method__mass_cutoff=CUTOFFS[2], problem__domain_cells=cells, problem__traction_amplitude=A
+            "cutoff",
+            method__mass_cutoff=CUTOFFS[2],
+            problem__domain_cells=cells,
+            problem__traction_amplitude=A,
         )
         for cells in NODES
         for A in SIGNS
@@ -153,17 +176,25 @@ def better_than_mpm(runs: Runs) -> Answer:
     wins = {}
     for traction in ("last_particle", "end_point"):
         for moving, fixed in PAIRS.items():
-            wins[traction, "Fig. 7", moving] = _fig7(runs, moving, "end_point") < _fig7(runs, fixed, traction)
+            wins[traction, "Fig. 7", moving] = _fig7(runs, moving, "end_point") < _fig7(
+                runs, fixed, traction
+            )
             errors = [_fig8(runs, moving, "end_point", 128), _fig8(runs, fixed, traction, 128)]
             wins[traction, "Fig. 8", moving] = errors[0] < errors[1]
     lost = [
-        f"{name} in {where} (load: {load.replace('_', ' ')})" for (load, where, name), won in wins.items() if not won
+        f"{name} in {where} (load: {load.replace('_', ' ')})"
+        for (load, where, name), won in wins.items()
+        if not won
     ]
-    because = f"{sum(wins.values())} of {len(wins)} comparisons won" + (f"; lost: {', '.join(lost)}" if lost else "")
+    because = f"{sum(wins.values())} of {len(wins)} comparisons won" + (
+        f"; lost: {', '.join(lost)}" if lost else ""
+    )
     if not lost:
         return HOLDS, because
     as_paper = all(won for (traction, _, _), won in wins.items() if traction == "last_particle")
-    return (f"{HOLDS} when MPM carries the load on its last particle" if as_paper else FAILS), because
+    return (
+        f"{HOLDS} when MPM carries the load on its last particle" if as_paper else FAILS
+    ), because
 
 
 def unified_best(runs: Runs) -> Answer:
@@ -171,7 +202,10 @@ def unified_best(runs: Runs) -> Answer:
     first: dict[str, list[int]] = {}
     for traction in ("last_particle", "end_point"):
         for cells in (16, 32, 64, 128, 256):
-            errors = {name: _fig8(runs, name, "end_point" if name in MOVING else traction, cells) for name in METHODS}
+            errors = {
+                name: _fig8(runs, name, "end_point" if name in MOVING else traction, cells)
+                for name in METHODS
+            }
             rivals = [error for name, error in errors.items() if name not in ("unified", "BSMPM")]
             if min(errors["unified"], errors["BSMPM"]) <= min(rivals):
                 first.setdefault(traction, []).append(cells)
@@ -211,11 +245,17 @@ def _cheaper(runs: Runs, campaign: str, factor: float, where: dict[str, int]) ->
         place: dict[str, str] = {}
         if campaign == "fig7":
             place = {"method__traction": "end_point" if maxent in MOVING else "last_particle"}
-        fast = runs.number(campaign, TIME, **method(spline), timing_context="exclusive", **where, **place)
+        fast = runs.number(
+            campaign, TIME, **method(spline), timing_context="exclusive", **where, **place
+        )
         for search in ("all", "local"):
             match = method(maxent, timing_context="exclusive", basis__search=search)
-            gains.setdefault(search, []).append(runs.number(campaign, TIME, **match, **where, **place) / fast)
-    texts = {search: " and ".join(f"{gain:.1f}" for gain in found) for search, found in gains.items()}
+            gains.setdefault(search, []).append(
+                runs.number(campaign, TIME, **match, **where, **place) / fast
+            )
+    texts = {
+        search: " and ".join(f"{gain:.1f}" for gain in found) for search, found in gains.items()
+    }
     because = (
         f"max-ent takes {texts['all']} times (MPM, OTM) as long as B-splines when it searches among all nodes, "
         f"{texts['local']} times when among near ones"
@@ -235,10 +275,14 @@ def table_of_times(runs: Runs) -> Answer:
         for name, paper in column.items():
             found, files = ratios(runs.campaigns["table1"], name, cells, "all")
             ours = float(np.median(found))
-            runs.evidence.append(Evidence(f"{name}, {cells + 1} nodes: time over MPM-P1", ours, files))
+            runs.evidence.append(
+                Evidence(f"{name}, {cells + 1} nodes: time over MPM-P1", ours, files)
+            )
             met += 1 / 1.5 <= ours / paper <= 1.5
             texts.append(f"{name} {ours:.2f} ({paper:.2f})")
-    because = f"{met} of {len(texts)} ratios are within a factor of 1.5 of the paper's (in brackets): "
+    because = (
+        f"{met} of {len(texts)} ratios are within a factor of 1.5 of the paper's (in brackets): "
+    )
     because += ", ".join(texts)
     return (HOLDS if met == len(texts) else FAILS), because
 

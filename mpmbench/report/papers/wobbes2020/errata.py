@@ -14,7 +14,12 @@ from mpmbench.report.tables import Cell, Table
 
 CELLS = (8, 16, 32, 64)
 STEP = {"time_step": 1e-6}
-MAXENT = {"method": "otm", "basis": "maxent", "mass": "consistent", "basis__tolerance": 1e-12} | STEP
+MAXENT = {
+    "method": "otm",
+    "basis": "maxent",
+    "mass": "consistent",
+    "basis__tolerance": 1e-12,
+} | STEP
 UNIFIED = {"method": "unified", "basis": "bspline", "mass": "consistent"} | STEP
 LUMPED = {"method": "otm", "basis": "maxent", "mass": "lumped"}
 PRINTED = {"method": "otm", "basis": "maxent_printed"}
@@ -22,27 +27,59 @@ PRINTED = {"method": "otm", "basis": "maxent_printed"}
 # name, what is changed, and what the run must match
 VARIANTS: tuple[tuple[str, str, dict[str, Any]], ...] = (
     ("max-ent, OTM", "nothing: the reference", MAXENT),
-    ("gradient checked", "Eqs. 84, 86 with both signs corrected: the same", PRINTED | {"basis__gradient": "corrected"}),
+    (
+        "gradient checked",
+        "Eqs. 84, 86 with both signs corrected: the same",
+        PRINTED | {"basis__gradient": "corrected"},
+    ),
     (
         "Eq. 84, sign of A",
         "Eqs. 84, 86 with the overall sign alone corrected",
         PRINTED | {"basis__gradient": "sign_corrected"},
     ),
     ("Eq. 84 as printed", "Eqs. 84, 86 as printed", PRINTED | {"basis__gradient": "printed"}),
-    ("loose Newton", "Newton's tolerance 1e-6 instead of 1e-12", MAXENT | {"basis__tolerance": 1e-6}),
+    (
+        "loose Newton",
+        "Newton's tolerance 1e-6 instead of 1e-12",
+        MAXENT | {"basis__tolerance": 1e-6},
+    ),
     (
         "lumped, Algorithm 2",
         "lumped mass with Eq. 49, time step 1e-6 s",
         LUMPED | STEP | {"method__transfer": "position_difference"},
     ),
-    ("lumped, Algorithm 2, larger step", "the same, time step 1e-5 s", LUMPED | {"time_step": 1e-5}),
-    ("lumped with FLIP", "lumped mass, FLIP in place of Eq. 49", LUMPED | STEP | {"method__transfer": "flip"}),
-    ("late constraints", "constrained entries set to zero after the solve", {"method": "otm_late", "basis": "maxent"}),
+    (
+        "lumped, Algorithm 2, larger step",
+        "the same, time step 1e-5 s",
+        LUMPED | {"time_step": 1e-5},
+    ),
+    (
+        "lumped with FLIP",
+        "lumped mass, FLIP in place of Eq. 49",
+        LUMPED | STEP | {"method__transfer": "flip"},
+    ),
+    (
+        "late constraints",
+        "constrained entries set to zero after the solve",
+        {"method": "otm_late", "basis": "maxent"},
+    ),
     ("unified", "nothing: the reference", UNIFIED),
     ("unified, lumped", "lumped mass", UNIFIED | {"mass": "lumped"}),
-    ("unified, Eq. 99", "volumes multiply, Eq. 99, time step 1e-6 s", {"method": "unified_eq99", **STEP}),
-    ("unified, Eq. 99, larger step", "the same, time step 1e-5 s", {"method": "unified_eq99", "time_step": 1e-5}),
-    ("unified, late constraints", "constrained entries set to zero after the solve", {"method": "unified_late"}),
+    (
+        "unified, Eq. 99",
+        "volumes multiply, Eq. 99, time step 1e-6 s",
+        {"method": "unified_eq99", **STEP},
+    ),
+    (
+        "unified, Eq. 99, larger step",
+        "the same, time step 1e-5 s",
+        {"method": "unified_eq99", "time_step": 1e-5},
+    ),
+    (
+        "unified, late constraints",
+        "constrained entries set to zero after the solve",
+        {"method": "unified_late"},
+    ),
 )
 LETTERS = "abcdefghijklmnop"
 CLOSE = 1.7
@@ -72,7 +109,9 @@ def norm_as_printed(campaigns: Campaigns, match: dict[str, Any]) -> list[Cell]:
 
 def order_of(cells: list[Cell], unit: str = "m") -> OrderEstimate:
     """Order over `CELLS`."""
-    return estimate_order(1.0 / np.array(CELLS), [float(c.value) for c in cells], labels=CELLS, error_unit=unit)
+    return estimate_order(
+        1.0 / np.array(CELLS), [float(c.value) for c in cells], labels=CELLS, error_unit=unit
+    )
 
 
 def between_one_and_two(found: OrderEstimate) -> bool:
@@ -90,13 +129,29 @@ def errata_chapter(campaigns: Campaigns) -> Chapter:
     )
     everything = [(name, what, variant_errors(campaigns, match)) for name, what, match in VARIANTS]
     for name, match in NORMS.items():
-        everything.append((name, "the error norm of Eq. 102, without the square", norm_as_printed(campaigns, match)))
+        everything.append(
+            (
+                name,
+                "the error norm of Eq. 102, without the square",
+                norm_as_printed(campaigns, match),
+            )
+        )
     rows, explains = [], []
     for letter, (name, what, errors) in zip(LETTERS, everything, strict=False):
         found = order_of(errors, "m^0.5" if name in NORMS else "m")
         slopes = ", ".join(f"{slope:.2f}" for slope in found.local)
         order = Cell(order_with_interval(found))
-        rows.append([Cell(letter), Cell(name), Cell(what), *errors, Cell(slopes), order, Cell(found.verdict)])
+        rows.append(
+            [
+                Cell(letter),
+                Cell(name),
+                Cell(what),
+                *errors,
+                Cell(slopes),
+                order,
+                Cell(found.verdict),
+            ]
+        )
         if not name.startswith("unified") and between_one_and_two(found):
             explains.append(f"{name} ({slopes})")
     caption = (
@@ -104,9 +159,23 @@ def errata_chapter(campaigns: Campaigns) -> Chapter:
         "norm of Eq. 102, in m^(1/2)."
     )
     files = campaigns["errata"].runs.index
-    page.draw("variants", "What each erratum does to the error", caption, _curves(everything), files)
-    columns = ["", "variant", "what is changed", *(f"{n} cells" for n in CELLS), "local slopes", "order", "verdict"]
-    page.add(Table("orders", "Errors [m] and orders of the variants", columns, rows, numeric=(3, 4, 5, 6)))
+    page.draw(
+        "variants", "What each erratum does to the error", caption, _curves(everything), files
+    )
+    columns = [
+        "",
+        "variant",
+        "what is changed",
+        *(f"{n} cells" for n in CELLS),
+        "local slopes",
+        "order",
+        "verdict",
+    ]
+    page.add(
+        Table(
+            "orders", "Errors [m] and orders of the variants", columns, rows, numeric=(3, 4, 5, 6)
+        )
+    )
     page.notes += conclusions({name: errors for name, _, errors in everything}, explains)
     return page
 
@@ -127,7 +196,9 @@ def _curves(everything: list[tuple[str, str, list[Cell]]]) -> Figure:
     for axes, found in ((left, ends[False]), (right, ends[True])):
         for value, letters in _together(found):
             place = (CELLS[-1], value)
-            axes.annotate(letters, place, (5, 0), textcoords="offset points", ha="left", va="center", size=7)
+            axes.annotate(
+                letters, place, (5, 0), textcoords="offset points", ha="left", va="center", size=7
+            )
     for axes, title in ((left, "max-ent functions, OTM"), (right, "B-splines, unified method")):
         axes.set_title(title, pad=3)
         axes.set_xlim(CELLS[0] / 1.2, CELLS[-1] * 2.0)
@@ -160,7 +231,9 @@ def conclusions(errors: dict[str, list[Cell]], explains: list[str]) -> list[str]
     slopes = {name: float(np.mean(order_of(cells).local)) for name, cells in errors.items()}
     notes = []
     if explains:
-        notes.append(f"Max-ent functions come out with a mean slope between 1 and 2 by: {'; '.join(explains)}.")
+        notes.append(
+            f"Max-ent functions come out with a mean slope between 1 and 2 by: {'; '.join(explains)}."
+        )
     printed = [slopes["Eq. 84, sign of A"], slopes["Eq. 84 as printed"]]
     if max(printed) < 0.3:
         notes.append(

@@ -31,7 +31,8 @@ SHOWN: dict[str, dict[str, Any]] = {
     "unified": method("unified"),
 }
 WIDE = {
-    "MPM-maxent, supports of 3, lumped": method("MPM-maxent", basis__d_max=3.0) | {"mass": "lumped"},
+    "MPM-maxent, supports of 3, lumped": method("MPM-maxent", basis__d_max=3.0)
+    | {"mass": "lumped"},
     "MPM-maxent, supports of 3, consistent": method("MPM-maxent", basis__d_max=3.0),
 }
 
@@ -49,7 +50,9 @@ def fig9_chapter(campaigns: Campaigns) -> Chapter:
     figure, axes = panels(len(SHOWN), 3, height=1.4)
     files = []
     for axis, (name, match) in zip(axes, SHOWN.items(), strict=True):
-        file, found = fields(campaigns, "fig9", "position", "position_initial", "stress", "stress_exact", **match)
+        file, found = fields(
+            campaigns, "fig9", "position", "position_initial", "stress", "stress_exact", **match
+        )
         height = found["position_initial"][:, 1]
         row = np.isclose(height, height[np.argmin(np.abs(height - ROW))])
         order = np.flatnonzero(row)[np.argsort(found["position"][row, 0])]
@@ -67,9 +70,17 @@ def fig9_chapter(campaigns: Campaigns) -> Chapter:
     page.draw("stress", "Normal stress along the plate", caption, figure, files)
     rows = []
     for name, match in {**SHOWN, **WIDE}.items():
-        found_cells = [cell(campaigns, "fig9", q, **match) for q in (ERROR, RELATIVE, STRESS, RELATIVE_STRESS)]
+        found_cells = [
+            cell(campaigns, "fig9", q, **match) for q in (ERROR, RELATIVE, STRESS, RELATIVE_STRESS)
+        ]
         rows.append([Cell(name), *found_cells, first_component(campaigns, match)])
-    columns = ["method", "RMS displacement error [m]", "relative", "RMS stress error [Pa]", "relative"]
+    columns = [
+        "method",
+        "RMS displacement error [m]",
+        "relative",
+        "RMS stress error [Pa]",
+        "relative",
+    ]
     columns.append("relative, first component alone")
     page.add(Table("errors", "Errors on 33 x 33 nodes", columns, rows, numeric=tuple(range(1, 6))))
     return page
@@ -81,7 +92,10 @@ def first_component(campaigns: Campaigns, match: dict[str, Any]) -> Cell:
     if not isinstance(whole.value, float):
         return Cell()
     file, found = fields(campaigns, "fig9", "stress", "stress_exact", **match)
-    wrong, exact = (found["stress"] - found["stress_exact"])[:, 0, 0], found["stress_exact"][:, 0, 0]
+    wrong, exact = (
+        (found["stress"] - found["stress_exact"])[:, 0, 0],
+        found["stress_exact"][:, 0, 0],
+    )
     return derived(float(np.sqrt(np.mean(wrong**2) / np.mean(exact**2))), file)
 
 
@@ -90,21 +104,27 @@ def plate_orders_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter("plate_orders", "Fig. 9, continued: convergence on the plate")
     page.statement = "The paper shows one resolution."
     page.convergence(campaigns["plate_orders"], (ERROR, STRESS))
-    page.notes.append("The chapter on particles as quadrature points shows what the 4 x 4 midpoints in each cell cost.")
+    page.notes.append(
+        "The chapter on particles as quadrature points shows what the 4 x 4 midpoints in each cell cost."
+    )
     large = campaigns["time_step_plate"]
     study = study_of(large)
     table = tables.errors(study, ERROR)
     if table is not None:
         title = "RMS displacement error [m] on 65 x 65 nodes with the time step of 33 x 33 nodes, 1e-4 s"
         rows = list(table.rows)
-        rows += [[Cell(one.label), *_ends(one)] for one in study.series if not len(one.finite(ERROR))]
+        rows += [
+            [Cell(one.label), *_ends(one)] for one in study.series if not len(one.finite(ERROR))
+        ]
         page.add(dataclasses.replace(table, name="large_step", title=title, rows=rows))
     return page
 
 
 def _ends(one: Any) -> list[Cell]:
     """How the runs of a curve without results ended."""
-    return [Cell(str(row.status).replace("_", " "), (str(file),)) for file, row in one.runs.iterrows()]
+    return [
+        Cell(str(row.status).replace("_", " "), (str(file),)) for file, row in one.runs.iterrows()
+    ]
 
 
 def work_chapter(campaigns: Campaigns) -> Chapter:
@@ -121,6 +141,8 @@ def work_chapter(campaigns: Campaigns) -> Chapter:
         if drawn is None:
             continue
         figure, exclusive = drawn
-        caption = "Solver time without compiling, local search." + ("" if exclusive else " The machine was shared.")
+        caption = "Solver time without compiling, local search." + (
+            "" if exclusive else " The machine was shared."
+        )
         page.draw(name, f"Work and precision: {title}", caption, figure, study.runs.index)
     return page

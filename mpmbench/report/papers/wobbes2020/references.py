@@ -7,7 +7,13 @@ import numpy as np
 
 from mpmbench.report.papers.parts import Campaigns, Chapter, cell
 from mpmbench.report.papers.wobbes2020.plate import first_component
-from mpmbench.report.papers.wobbes2020.support import ERROR, METHODS, RELATIVE, RELATIVE_STRESS, method
+from mpmbench.report.papers.wobbes2020.support import (
+    ERROR,
+    METHODS,
+    RELATIVE,
+    RELATIVE_STRESS,
+    method,
+)
 from mpmbench.report.tables import Cell, Table
 
 AT_END = {"particles_per_cell": 4, "method__traction": "end_point"}
@@ -73,24 +79,44 @@ def references_chapter(campaigns: Campaigns) -> Chapter:
     for problem, what, campaign, quantity, match, expected, tolerance in VALUES:
         found = cell(campaigns, campaign, quantity, **match)
         known = isinstance(found.value, float)
-        deviation = (found.value - expected) / expected if known and expected else 0.0 if known else float("nan")
+        deviation = (
+            (found.value - expected) / expected
+            if known and expected
+            else 0.0
+            if known
+            else float("nan")
+        )
         agrees = known and abs(found.value - expected) <= tolerance * expected
         rows.append(
             [
-                *(Cell(problem), Cell(what), Cell(expected, digits=4), dataclasses.replace(found, digits=4)),
+                *(
+                    Cell(problem),
+                    Cell(what),
+                    Cell(expected, digits=4),
+                    dataclasses.replace(found, digits=4),
+                ),
                 Cell(f"{deviation:+.1%}" if known else "", found.files),
             ]
         )
         rows[-1].append(Cell("yes" if agrees else "no"))
         if not agrees:
             apart.append(f"{what} in {problem}")
-    columns = ["problem", "what", "prototype", "here", "deviation", "within 2 % (10 % with crossings)"]
+    columns = [
+        "problem",
+        "what",
+        "prototype",
+        "here",
+        "deviation",
+        "within 2 % (10 % with crossings)",
+    ]
     note = (
-        "Errors are RMS displacement errors [m] unless they are called relative; prototype values have 3 or 4 digits."
+        "Errors are RMS displacement errors [m] unless they are called relative; prototype values "
+        "have 3 or 4 digits."
     )
     page.add(Table("values", "Reference values", columns, rows, note, (2, 3, 4)))
     page.notes.append(
-        f"{len(VALUES) - len(apart)} of {len(VALUES)} values agree." + (f" Apart: {'; '.join(apart)}." if apart else "")
+        f"{len(VALUES) - len(apart)} of {len(VALUES)} values agree."
+        + (f" Apart: {'; '.join(apart)}." if apart else "")
     )
     page.notes += _erratum(campaigns)
     page.add(_local_orders(campaigns))
@@ -100,7 +126,10 @@ def references_chapter(campaigns: Campaigns) -> Chapter:
 def _erratum(campaigns: Campaigns) -> list[str]:
     """A prototype value that is another norm than it says."""
     match = method("OTM-maxent")
-    whole, first = cell(campaigns, "fig9", RELATIVE_STRESS, **match), first_component(campaigns, match)
+    whole, first = (
+        cell(campaigns, "fig9", RELATIVE_STRESS, **match),
+        first_component(campaigns, match),
+    )
     if not (isinstance(whole.value, float) and isinstance(first.value, float)):
         return []
     if abs(first.value - 5.96e-4) < abs(whole.value - 5.96e-4):
@@ -120,9 +149,14 @@ def _local_orders(campaigns: Campaigns) -> Table:
             pair = errors[k : k + 2]
             known = all(isinstance(e.value, float) for e in pair)
             slope = float(np.log2(pair[0].value / pair[1].value)) if known else float("nan")
-            row += [Cell(order), dataclasses.replace(pair[0], value=slope, files=pair[0].files + pair[1].files)]
+            row += [
+                Cell(order),
+                dataclasses.replace(pair[0], value=slope, files=pair[0].files + pair[1].files),
+            ]
         rows.append(row)
     columns = ["what"]
     for k in range(3):
         columns += [f"{GRIDS[k]} to {GRIDS[k + 1]}: prototype", "here"]
-    return Table("slopes", "Orders between neighbouring grids", columns, rows, numeric=tuple(range(1, 7)))
+    return Table(
+        "slopes", "Orders between neighbouring grids", columns, rows, numeric=tuple(range(1, 7))
+    )

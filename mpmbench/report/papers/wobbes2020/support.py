@@ -32,10 +32,14 @@ def method(name: str, **more: Any) -> dict[str, Any]:
     return METHODS[name] | {"mass": MASS.get(name, "consistent")} | more
 
 
-def fields(campaigns: Campaigns, campaign: str, *wanted: str, **match: Any) -> tuple[str, dict[str, np.ndarray]]:
+def fields(
+    campaigns: Campaigns, campaign: str, *wanted: str, **match: Any
+) -> tuple[str, dict[str, np.ndarray]]:
     """As `variables`, of those with several snapshots the last."""
     file, found = variables(campaigns, campaign, *wanted, **match)
-    return file, {name: value if name == "position_initial" else value[-1] for name, value in found.items()}
+    return file, {
+        name: value if name == "position_initial" else value[-1] for name, value in found.items()
+    }
 
 
 def derived(value: float | str, *files: str) -> Cell:
@@ -49,7 +53,9 @@ def ratio(above: Cell, below: Cell) -> Cell:
     return Cell(above.value / below.value, above.files + below.files) if known else Cell()
 
 
-def panels(count: int, columns: int, height: float = 1.5, sharey: bool = True) -> tuple[Figure, list[Axes]]:
+def panels(
+    count: int, columns: int, height: float = 1.5, sharey: bool = True
+) -> tuple[Figure, list[Axes]]:
     """A figure two columns wide with panels that share their axes."""
     rows = -(-count // columns)
     figure = Figure(figsize=(2 * style.COLUMN, 0.35 + height * rows), layout="constrained")
@@ -75,5 +81,12 @@ def exact_line(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
 def scatter(axes: Axes, x: np.ndarray, y: np.ndarray, name: str, size: float = 2.0) -> None:
     """Particles in the colour of their method."""
     axes.plot(
-        x, y, linestyle="none", marker=".", ms=size, mew=0, rasterized=True, color=style.colour(METHODS[name]["method"])
+        x,
+        y,
+        linestyle="none",
+        marker=".",
+        ms=size,
+        mew=0,
+        rasterized=True,
+        color=style.colour(METHODS[name]["method"]),
     )

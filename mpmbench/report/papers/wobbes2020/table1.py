@@ -17,10 +17,13 @@ PAPER = {
 }
 
 
-def ratios(campaign: Campaign, name: str, cells: int, search: str = "local") -> tuple[np.ndarray, tuple[str, ...]]:
+def ratios(
+    campaign: Campaign, name: str, cells: int, search: str = "local"
+) -> tuple[np.ndarray, tuple[str, ...]]:
     """Solver time of a method over that of linear MPM, one value for each repeat, and the files.
 
-    The methods take turns with their repeats, so the two times of a quotient were measured soon after each other.
+    The methods take turns with their repeats, so the two times of a quotient were measured soon
+    after each other.
     """
     more = {"basis__search": search} if METHODS[name]["basis"] == "maxent" else {}
     file, times = _times(campaign, method(name), cells, more)
@@ -29,7 +32,9 @@ def ratios(campaign: Campaign, name: str, cells: int, search: str = "local") -> 
     return np.array(times[:repeats]) / np.array(base_times[:repeats]), (file, base)
 
 
-def _times(campaign: Campaign, match: dict[str, Any], cells: int, more: dict[str, str]) -> tuple[str, list[float]]:
+def _times(
+    campaign: Campaign, match: dict[str, Any], cells: int, more: dict[str, str]
+) -> tuple[str, list[float]]:
     """File and solver times of all repeats of one run [s].
 
     Raises
@@ -37,7 +42,9 @@ def _times(campaign: Campaign, match: dict[str, Any], cells: int, more: dict[str
     MissingRuns
         When there is no such run, or it shared the machine with others.
     """
-    found = subset(campaign, **match, resolution=cells, status="ok", timing_context="exclusive", **more).runs
+    found = subset(
+        campaign, **match, resolution=cells, status="ok", timing_context="exclusive", **more
+    ).runs
     file = str(found.index[0])
     with open_result(campaign.folder / file) as dataset:
         times = np.atleast_1d(dataset.attrs.get("solver_times", found[TIME].to_numpy()[:1]))
@@ -73,7 +80,9 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
                     "color": colour,
                     "markerfacecolor": "white" if search == "all" else colour,
                 }
-                axes.errorbar(middle, y, xerr=[[middle - low], [high - middle]], capsize=2, lw=1, **look)
+                axes.errorbar(
+                    middle, y, xerr=[[middle - low], [high - middle]], capsize=2, lw=1, **look
+                )
                 if np.isfinite(paper):
                     axes.plot(paper, y, marker="x", color="black", ms=4)
             rows.append(row)
@@ -95,7 +104,9 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
         "Medians over repeats that take turns, and the smallest and largest quotient; compiling is not counted. "
         "Absolute times of MPM-P1 are in the next table."
     )
-    page.add(Table("ratios", "Solver time over that of MPM-P1", columns, rows, note, tuple(range(1, 7))))
+    page.add(
+        Table("ratios", "Solver time over that of MPM-P1", columns, rows, note, tuple(range(1, 7)))
+    )
     page.add(_seconds(campaign))
     return page
 
