@@ -223,9 +223,9 @@ def substitute(M, b):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def fill_points(
+def fill_points(  # type: ignore[no-untyped-def]
     nodes, x, points, near, count, radii, degree, m, weight, effective, largest_sum, stored, failed
-):  # type: ignore[no-untyped-def]
+):
     """Functions and full gradients (weights included) at ``x[points]``; marks points without, or with too large ones.
 
     With ``c = M^-1 P(0)``: ``grad N_I = (P_I . grad c + c . grad P_I) W_I + c . P_I grad W_I`` and
