@@ -12,10 +12,11 @@ from benchmarks import reference
 from benchmarks.campaigns import campaign, overhead, program, seconds_of
 from benchmarks.measure import REPEATS, interleaved, plate
 from benchmarks.reference_numpy import numpy_step
-from mpmbench.core import registry, threads
+from mpmbench.core import registry
 from mpmbench.core.bases.tensor import TensorSpline
+from mpmbench.core.compiled import threads
 from mpmbench.core.geometry import Box, Cloud
-from mpmbench.core.methods.explicit import step
+from mpmbench.core.loops.explicit import step
 from mpmbench.runs import case, compose
 
 TIME_STEP = 1e-6  # [s], stable on the finest grid below

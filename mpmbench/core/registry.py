@@ -13,10 +13,12 @@ from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, TypeVar
 
+from mpmbench.core.moved import keep_old_places
+
 PACKAGES = {
     "basis": "mpmbench.core.bases",
     "material": "mpmbench.core.materials",
-    "method": "mpmbench.core.methods",
+    "method": "mpmbench.core.choices",
     "problem": "mpmbench.problems",
 }
 _registered: dict[str, dict[str, Any]] = {kind: {} for kind in PACKAGES}
@@ -110,4 +112,5 @@ def load_file(file: Path) -> None:
         raise ImportError(f"{file} is not a Python file")
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
+    keep_old_places()
     spec.loader.exec_module(module)

@@ -11,12 +11,12 @@ from mpmbench.core import registry, transfer
 from mpmbench.core.bases import Basis, BasisSettings
 from mpmbench.core.bases.frozen import FrozenBasis
 from mpmbench.core.bases.tensor import TensorSpline, count_crossings
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import BrokeDown, Diverged, SolverFailure
 from mpmbench.core.geometry import Geometry
-from mpmbench.core.mass import make_mass
+from mpmbench.core.loops.explicit import update_particles
 from mpmbench.core.materials import Material
-from mpmbench.core.methods import Choices
-from mpmbench.core.methods.explicit import update_particles
+from mpmbench.core.matrix.mass import make_mass
 from mpmbench.core.particles import Particles
 from mpmbench.core.state import Loads, Nodes, State
 from mpmbench.core.transfer import kinetic_energy, strain_energy

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from mpmbench.core.bases import Basis
+from mpmbench.core.choices import Choices
+from mpmbench.core.compiled.rows import lanes_for
+from mpmbench.core.compiled.threads import chunks
 from mpmbench.core.geometry import Geometry
-from mpmbench.core.mass import Mass
 from mpmbench.core.materials import Material
-from mpmbench.core.methods import Choices
+from mpmbench.core.matrix.mass import Mass
 from mpmbench.core.particles import Particles
-from mpmbench.core.rows import lanes_for
-from mpmbench.core.threads import chunks
 from mpmbench.core.transfer import NodalSums
 
 

@@ -12,9 +12,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from mpmbench.core.choices import Choices
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.materials import Material
-from mpmbench.core.methods import Choices
 from mpmbench.core.particles import Particles, per_axis
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import Loads, State

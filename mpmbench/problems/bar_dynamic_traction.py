@@ -11,12 +11,12 @@ from typing import ClassVar
 
 import numpy as np
 
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require, require_option
 from mpmbench.core.geometry import Box
 from mpmbench.core.materials import Material
 from mpmbench.core.materials.neo_hookean import NeoHookean
 from mpmbench.core.materials.small_strain_elastic import SmallStrainElastic
-from mpmbench.core.methods import Choices
 from mpmbench.core.particles import seed_cells
 from mpmbench.core.registry import register
 from mpmbench.core.state import Loads

@@ -10,11 +10,11 @@ from typing import ClassVar
 
 import numpy as np
 
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import require, require_option
 from mpmbench.core.geometry import Box
 from mpmbench.core.materials import Material
 from mpmbench.core.materials.small_strain_elastic import SmallStrainElastic
-from mpmbench.core.methods import Choices
 from mpmbench.core.particles import LAYOUTS, seed_cells
 from mpmbench.core.registry import register
 from mpmbench.problems import Fields, Problem

@@ -10,16 +10,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import Diverged, NotApplicable, require, require_option
 from mpmbench.core.geometry import Box, Cloud, Geometry
+from mpmbench.core.geometry.triangulate import irregular_line, nodal_volumes, seed_segments
 from mpmbench.core.materials import Material
 from mpmbench.core.materials.small_strain_elastic import SmallStrainElastic
-from mpmbench.core.methods import Choices
 from mpmbench.core.registry import register
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
 from mpmbench.core.transfer import p2g_mass, p2g_momentum, strain_energy
-from mpmbench.core.triangulate import irregular_line, nodal_volumes, seed_segments
 from mpmbench.problems import Fields, Problem
 
 LOADED = 0.75  # of the length: what lies beyond moves at t = 0

@@ -12,16 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require, require_option
 from mpmbench.core.geometry import Box, Cloud, Geometry
-from mpmbench.core.materials import Material
-from mpmbench.core.materials.newtonian_fluid import NewtonianFluid
-from mpmbench.core.methods import Choices
-from mpmbench.core.particles import Particles, seed_cells
-from mpmbench.core.registry import register
-from mpmbench.core.simulation import Solution
-from mpmbench.core.state import Loads, State
-from mpmbench.core.triangulate import (
+from mpmbench.core.geometry.triangulate import (
     barycentres,
     disc,
     extruded,
@@ -30,6 +24,12 @@ from mpmbench.core.triangulate import (
     seed_segments,
     triangulation,
 )
+from mpmbench.core.materials import Material
+from mpmbench.core.materials.newtonian_fluid import NewtonianFluid
+from mpmbench.core.particles import Particles, seed_cells
+from mpmbench.core.registry import register
+from mpmbench.core.simulation import Solution
+from mpmbench.core.state import Loads, State
 from mpmbench.problems import Fields, Problem
 
 WIDTH = 4  # cells across the strip, and along the radius of the cylinder

@@ -9,15 +9,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, SolverFailure, require
 from mpmbench.core.geometry import Box, Cloud, Geometry, tensor_points
+from mpmbench.core.geometry.triangulate import jittered
 from mpmbench.core.materials import Material
-from mpmbench.core.methods import Choices
 from mpmbench.core.particles import Particles
 from mpmbench.core.registry import register
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
-from mpmbench.core.triangulate import jittered
 from mpmbench.problems import Problem
 
 

@@ -12,13 +12,13 @@ from typing import ClassVar
 
 import numpy as np
 
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Cloud
+from mpmbench.core.geometry.triangulate import jittered, seed_triangles, triangulation
 from mpmbench.core.materials import Material
-from mpmbench.core.methods import Choices
 from mpmbench.core.registry import register
 from mpmbench.core.state import Loads, State
-from mpmbench.core.triangulate import jittered, seed_triangles, triangulation
 from mpmbench.problems import Fields, Problem
 
 GRADIENT = np.array([[1.0, 0.5], [-0.3, -0.7]])  # A / strain

@@ -10,12 +10,12 @@ from typing import ClassVar
 
 import numpy as np
 
+from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import kernel
 from mpmbench.core.errors import NotApplicable, require, require_option
 from mpmbench.core.geometry import Box
 from mpmbench.core.materials import Material
 from mpmbench.core.materials.neo_hookean import NeoHookean
-from mpmbench.core.methods import Choices
 from mpmbench.core.particles import LAYOUTS, seed_cells
 from mpmbench.core.registry import register
 from mpmbench.core.state import Loads

@@ -11,17 +11,17 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require, require_option
 from mpmbench.core.geometry import Box, Geometry
+from mpmbench.core.geometry.triangulate import irregular_line, nodal_volumes, seed_segments
 from mpmbench.core.materials import Material
 from mpmbench.core.materials.elastic_fluid import ElasticFluid
-from mpmbench.core.methods import Choices
 from mpmbench.core.particles import Particles
 from mpmbench.core.registry import register
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
 from mpmbench.core.transfer import p2g_internal_force
-from mpmbench.core.triangulate import irregular_line, nodal_volumes, seed_segments
 from mpmbench.problems import Fields, Problem
 
 UNSTABLE = 100.0  # growth beyond this is an instability: what is bounded oscillates near 1

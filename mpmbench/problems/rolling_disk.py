@@ -13,14 +13,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require, require_option
 from mpmbench.core.geometry import Box, Cloud, Geometry
+from mpmbench.core.geometry.triangulate import seed_triangles
 from mpmbench.core.materials import Material
-from mpmbench.core.methods import Choices
 from mpmbench.core.registry import register
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import Loads, State
-from mpmbench.core.triangulate import seed_triangles
 from mpmbench.problems import Problem
 
 GRID_GAP, CLOUD_GAP = (

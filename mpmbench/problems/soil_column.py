@@ -12,11 +12,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require, require_option
 from mpmbench.core.geometry import Box, Cloud, Geometry
 from mpmbench.core.materials import Material
 from mpmbench.core.materials.mohr_coulomb import PLASTIC_STRAIN, MohrCoulomb
-from mpmbench.core.methods import Choices
 from mpmbench.core.particles import LAYOUTS, Particles, seed_cells
 from mpmbench.core.registry import register
 from mpmbench.core.simulation import Solution

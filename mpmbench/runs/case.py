@@ -9,13 +9,13 @@ import numpy as np
 import xarray as xr
 
 from mpmbench.analysis.norms import error_norms
-from mpmbench.core import registry, threads
+from mpmbench.core import registry
 from mpmbench.core.bases import BasisSettings
-from mpmbench.core.compiled import has_version
+from mpmbench.core.choices import Choices
+from mpmbench.core.compiled import has_version, threads
 from mpmbench.core.errors import BadSetting, NotApplicable, SolverFailure, require
 from mpmbench.core.geometry import Box
 from mpmbench.core.materials import Material
-from mpmbench.core.methods import Choices
 from mpmbench.core.particles import Particles
 from mpmbench.core.simulation import Body, Solution, build_state, simulate
 from mpmbench.core.stability import stability_limit

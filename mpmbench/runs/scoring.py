@@ -7,8 +7,8 @@ from typing import Any
 
 from mpmbench.analysis.contracts import Check, Finding, bases, materials, methods, problems
 from mpmbench.core import registry
+from mpmbench.core.choices import Choices
 from mpmbench.core.materials import cauchy_stress
-from mpmbench.core.methods import Choices
 from mpmbench.runs.schema import PACKAGE
 
 Cases = list[tuple[str, Any, dict[str, Check]]]  # label, case and its checks by name

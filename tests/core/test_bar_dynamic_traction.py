@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mpmbench.core import registry
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
-from mpmbench.core.methods import Choices
 from tests.core.support import ConvergenceStudy, compose, run, solve
 
 PROBLEM = registry.get("problem", "bar_dynamic_traction")()

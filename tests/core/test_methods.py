@@ -12,9 +12,9 @@ import pytest
 
 from mpmbench.analysis.contracts import methods
 from mpmbench.core import registry
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
-from mpmbench.core.methods import Choices
-from mpmbench.core.methods.explicit import update_particles
+from mpmbench.core.loops.explicit import update_particles
 from tests.core.support import options, section
 
 PRESETS = [Choices(**section("method", name)) for name in options("method")]

@@ -10,10 +10,10 @@ from mpmbench.analysis.convergence import fitted_order
 from mpmbench.core.bases.linear import Linear
 from mpmbench.core.bases.lme import LocalMaxEnt
 from mpmbench.core.bases.mls import MovingLeastSquares
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box, Cloud
 from mpmbench.core.materials.neo_hookean import NeoHookean
-from mpmbench.core.methods import Choices
 from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.simulation import Body, build_state, simulate
 from mpmbench.core.state import Loads

@@ -10,11 +10,11 @@ import xarray as xr
 from mpmbench.core import registry
 from mpmbench.core.bases.linear import Linear
 from mpmbench.core.bases.mls import MovingLeastSquares
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Box
 from mpmbench.core.implicit import newton
 from mpmbench.core.materials.neo_hookean import NeoHookean
-from mpmbench.core.methods import Choices
 from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.simulation import Body, build_state, simulate
 from mpmbench.core.state import Loads, State

@@ -9,8 +9,7 @@ from mpmbench.core.bases.entropy_basis import EntropyBasis
 from mpmbench.core.bases.lme import LocalMaxEnt
 from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.core.geometry import Box, Cloud
-from mpmbench.core.particles import Particles
-from mpmbench.core.triangulate import (
+from mpmbench.core.geometry.triangulate import (
     barycentres,
     disc,
     extruded,
@@ -19,6 +18,7 @@ from mpmbench.core.triangulate import (
     triangulation,
     volumes,
 )
+from mpmbench.core.particles import Particles
 from mpmbench.runs.case import read
 from tests.core.support import compose, run
 

@@ -7,7 +7,7 @@ from mpmbench.core.bases.linear import Linear
 from mpmbench.core.bases.simplices import MovingSimplices
 from mpmbench.core.errors import BrokeDown, NotApplicable
 from mpmbench.core.geometry import Box, Cloud
-from mpmbench.core.triangulate import jittered, triangulation
+from mpmbench.core.geometry.triangulate import jittered, triangulation
 
 
 def make(dim: int) -> tuple[MovingSimplices, np.ndarray]:

@@ -39,13 +39,17 @@ def test_rounding_and_real_differences_are_told_apart(command, folder):
         dataset["stress"][-1, 3] += 1e-6
         dataset.host, dataset.numpy_version, dataset.threads = "another", "1.0", 7
         code = json.loads(dataset.code_files)
-        code["core/transfer.py"] = "other"
+        code["core/transfer/__init__.py"] = "other"
         dataset.code_files = json.dumps(code)
     outcome = command("rerun", str(file))
     assert outcome.code == 1
     assert ": different" in outcome.out and "stress: differs by " in outcome.out
-    for line in ("changed: code: core/transfer.py", "changed: numpy version: 1.0 -> ", "changed: host: another -> ",
-                 "changed: threads: 7 -> 1"):  # fmt: skip
+    for line in (
+        "changed: code: core/transfer/__init__.py",
+        "changed: numpy version: 1.0 -> ",
+        "changed: host: another -> ",
+        "changed: threads: 7 -> 1",
+    ):
         assert line in outcome.out
 
 

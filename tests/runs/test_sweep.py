@@ -147,7 +147,7 @@ def test_the_code_hash_follows_what_a_run_uses():
     files = identity.code_digests(config)
     assert {
         "runs/case.py",
-        "core/transfer.py",
+        "core/transfer/__init__.py",
         "core/bases/bspline.py",
         "core/materials/neo_hookean.py",
     } <= set(files)

@@ -3,8 +3,8 @@
 import numpy as np
 
 from mpmbench.core.bases import Basis
-from mpmbench.core.mass import Mass, make_mass
-from mpmbench.core.methods import explicit
+from mpmbench.core.loops import explicit
+from mpmbench.core.matrix.mass import Mass, make_mass
 from mpmbench.core.particles import Particles
 from mpmbench.core.registry import register
 from mpmbench.core.state import State

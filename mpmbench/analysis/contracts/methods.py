@@ -8,8 +8,8 @@ import numpy as np
 
 from mpmbench.analysis.contracts import Check, Finding, largest
 from mpmbench.core import registry
+from mpmbench.core.choices import Choices
 from mpmbench.core.geometry import Box
-from mpmbench.core.methods import Choices
 from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.simulation import Body, Solution, build_state, simulate
 from mpmbench.core.state import Loads, State

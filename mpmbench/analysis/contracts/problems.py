@@ -7,8 +7,8 @@ import numpy as np
 
 from mpmbench.analysis.contracts import Check, Finding, largest
 from mpmbench.core import registry
+from mpmbench.core.choices import Choices
 from mpmbench.core.materials import Material
-from mpmbench.core.methods import Choices
 
 
 @dataclass(frozen=True)

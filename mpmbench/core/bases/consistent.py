@@ -11,12 +11,12 @@ import math
 
 import numpy as np
 
-from mpmbench.core.algebra import inverse
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import lean, matrix, vector
+from mpmbench.core.compiled.algebra import inverse
 from mpmbench.core.errors import NotConverged
 from mpmbench.core.geometry import Box, Geometry
-from mpmbench.core.triangulate import triangulation
+from mpmbench.core.geometry.triangulate import triangulation
 
 TOLERANCE = 1e-6  # of the sums over particles, relative to the sums of absolute values
 MOST_ITERATIONS = 2000

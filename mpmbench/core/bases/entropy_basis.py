@@ -5,7 +5,6 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mpmbench.core import threads
 from mpmbench.core.bases import Promises
 from mpmbench.core.bases.consistent import ConsistentGradients
 from mpmbench.core.bases.entropy_nodes import NodeCloud, make_work
@@ -15,6 +14,7 @@ from mpmbench.core.bases.hull import Hull
 from mpmbench.core.bases.max_entropy import DONE, FLAT, OUTSIDE, STALLED, TOO_NARROW
 from mpmbench.core.bases.metric import Metric, clip, convect
 from mpmbench.core.bases.search import fill_buckets, make_buckets
+from mpmbench.core.compiled import threads
 from mpmbench.core.errors import BadSetting, BrokeDown, NotConverged
 from mpmbench.core.particles import Particles
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from mpmbench.core.algebra import inverse
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import kernel, matrix
+from mpmbench.core.compiled.algebra import inverse
 
 
 @kernel

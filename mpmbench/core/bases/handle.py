@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mpmbench.core.compiled import implements
-from mpmbench.core.rows import add_multiple
+from mpmbench.core.compiled.rows import add_multiple
 
 
 def scratch(phi: Any) -> Any:

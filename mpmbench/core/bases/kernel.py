@@ -15,9 +15,9 @@ from scipy.spatial import cKDTree
 from mpmbench.core.bases import Promises
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.bases.lme import nodal_spacing
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box, Geometry
-from mpmbench.core.methods import Choices
 from mpmbench.core.registry import register
 
 REACH = 2.0  # radius of the support in smoothing lengths

@@ -13,9 +13,9 @@ from mpmbench.core.bases.consistent import ConsistentGradients
 from mpmbench.core.bases.entropy_basis import PROMISES, EntropyBasis
 from mpmbench.core.bases.entropy_nodes import GAUSSIAN
 from mpmbench.core.bases.truncated_entropy import truncated_basis
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import BadSetting, NotApplicable, require, require_option
 from mpmbench.core.geometry import Box, Geometry
-from mpmbench.core.methods import Choices
 from mpmbench.core.registry import register
 
 SMALLEST_RADIUS = 2.5  # in nodal spacings: fewer nodes may fail to surround a point

@@ -17,10 +17,10 @@ from mpmbench.core.bases import Promises
 from mpmbench.core.bases.cloud import CloudBasis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.bases.lme import nodal_spacing
+from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import kernel
 from mpmbench.core.errors import BadSetting, NotApplicable, require, require_option
 from mpmbench.core.geometry import Box, Geometry
-from mpmbench.core.methods import Choices
 from mpmbench.core.registry import register
 
 WEIGHTS = ("cubic_spline", "quartic_spline", "gaussian")

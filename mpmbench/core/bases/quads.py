@@ -7,9 +7,9 @@ only gradients follow the nodes.
 
 import numpy as np
 
-from mpmbench.core.algebra import determinant, inverse
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import kernel, matrix
+from mpmbench.core.compiled.algebra import determinant, inverse
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box
 

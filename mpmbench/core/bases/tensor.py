@@ -22,9 +22,9 @@ from mpmbench.core.bases.handle import (
 )
 from mpmbench.core.bases.knots import advect, tabulate
 from mpmbench.core.compiled import implements, inlined, kernel, matrix, vector
+from mpmbench.core.compiled.rows import add_multiple, lanes_for, multiply_and_add, set_multiple
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box
-from mpmbench.core.rows import add_multiple, lanes_for, multiply_and_add, set_multiple
 
 
 class TensorGrid(NamedTuple):

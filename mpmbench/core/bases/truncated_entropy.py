@@ -9,11 +9,11 @@ import math
 
 import numpy as np
 
-from mpmbench.core.algebra import inverse
 from mpmbench.core.bases import Promises
 from mpmbench.core.bases.cloud import CloudBasis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import kernel, matrix, vector
+from mpmbench.core.compiled.algebra import inverse
 
 PROMISES = Promises(kronecker="hull", continuous_gradient=False, gradient_on_hull=False)
 LARGEST_CONDITION = 1e6  # of the Hessian of log Z; beyond it the cloud takes in another node

@@ -6,8 +6,8 @@ inverse of the increment: ``grad N = DF^-T grad_n N`` with ``DF = I + sum_I Du_I
 and ``F = DF F_n``.
 """
 
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
-from mpmbench.core.methods import Choices
 
 
 def check_choices(choices: Choices) -> None:

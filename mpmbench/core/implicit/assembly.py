@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from mpmbench.core.algebra import determinant, inverse, multiply
 from mpmbench.core.compiled import kernel, matrix, vector
+from mpmbench.core.compiled.algebra import determinant, inverse, multiply
 from mpmbench.core.materials import kirchhoff_stress
 
 

@@ -15,7 +15,7 @@ from mpmbench.core.bases.tensor import TensorSpline, fill
 from mpmbench.core.compiled import kernel
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import tensor_points
-from mpmbench.core.triangulate import volumes
+from mpmbench.core.geometry.triangulate import volumes
 
 
 @dataclass(frozen=True)

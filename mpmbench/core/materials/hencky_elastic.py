@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from mpmbench.core.algebra import determinant
 from mpmbench.core.compiled import implements, kernel, matrix, vector
+from mpmbench.core.compiled.algebra import determinant
 from mpmbench.core.materials import cauchy_stress, energy_density, kirchhoff_stress
 from mpmbench.core.materials.isotropic import IsotropicElastic, Lame
 from mpmbench.core.materials.principal import (

@@ -13,8 +13,8 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from mpmbench.core.algebra import determinant
 from mpmbench.core.compiled import implements, kernel, matrix, vector
+from mpmbench.core.compiled.algebra import determinant
 from mpmbench.core.errors import require
 from mpmbench.core.materials import cauchy_stress, energy_density, kirchhoff_stress
 from mpmbench.core.materials.isotropic import IsotropicElastic

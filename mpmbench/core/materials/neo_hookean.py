@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mpmbench.core.algebra import determinant
 from mpmbench.core.compiled import implements
+from mpmbench.core.compiled.algebra import determinant
 from mpmbench.core.materials import cauchy_stress, energy_density, kirchhoff_stress
 from mpmbench.core.materials.isotropic import IsotropicElastic, Lame
 from mpmbench.core.registry import register

@@ -9,8 +9,8 @@ rotation makes stress. Replaces Wobbes 2020, Eq. 10, which is neither objective 
 from dataclasses import dataclass
 from typing import ClassVar
 
-from mpmbench.core.algebra import determinant
 from mpmbench.core.compiled import implements, matrix
+from mpmbench.core.compiled.algebra import determinant
 from mpmbench.core.materials import cauchy_stress, energy_density, kirchhoff_stress
 from mpmbench.core.materials.isotropic import IsotropicElastic, Lame
 from mpmbench.core.registry import register

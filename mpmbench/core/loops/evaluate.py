@@ -1,6 +1,6 @@
 """No motion at all: for studies of shape functions, whose problem observes them."""
 
-from mpmbench.core.methods import Choices
+from mpmbench.core.choices import Choices
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
 

@@ -10,11 +10,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mpmbench.core.bases.kernel import REACH, KernelBasis, cubic_spline
+from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import lean, matrix
 from mpmbench.core.errors import BrokeDown, Diverged, NotApplicable
+from mpmbench.core.loops.explicit import constrain
 from mpmbench.core.materials import cauchy_stress
-from mpmbench.core.methods import Choices
-from mpmbench.core.methods.explicit import constrain
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
 

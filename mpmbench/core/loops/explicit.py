@@ -8,13 +8,14 @@ components leave the system before it is solved.
 
 import numpy as np
 
-from mpmbench.core import threads, transfer
+from mpmbench.core import transfer
 from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.choices import Choices
+from mpmbench.core.compiled import threads
+from mpmbench.core.compiled.rows import lanes_for
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.materials import cauchy_stress
-from mpmbench.core.methods import Choices
 from mpmbench.core.registry import register
-from mpmbench.core.rows import lanes_for
 from mpmbench.core.state import State
 
 

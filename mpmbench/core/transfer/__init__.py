@@ -7,12 +7,11 @@ added once per cell.
 
 import numpy as np
 
-from mpmbench.core import threads
-from mpmbench.core.algebra import determinant, multiply
 from mpmbench.core.bases.handle import count, index, interpolate, locate, scratch, spread, value
-from mpmbench.core.compiled import inlined, kernel, lean, matrix, vector
+from mpmbench.core.compiled import inlined, kernel, lean, matrix, threads, vector
+from mpmbench.core.compiled.algebra import determinant, multiply
+from mpmbench.core.compiled.rows import add_multiple, lanes_for
 from mpmbench.core.materials import cauchy_stress, energy_density
-from mpmbench.core.rows import add_multiple, lanes_for
 
 
 class NodalSums:

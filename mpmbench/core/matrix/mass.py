@@ -7,13 +7,13 @@ from scipy.linalg import eigvals_banded
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import kernel
 from mpmbench.core.errors import BrokeDown
-from mpmbench.core.mass_band import BandMass, assemble_band, bandwidth
-from mpmbench.core.mass_sparse import DirectMass, SparseMass
-from mpmbench.core.methods import Choices
+from mpmbench.core.matrix.band import BandMass, assemble_band, bandwidth
+from mpmbench.core.matrix.mass_checks import seen_share
+from mpmbench.core.matrix.sparse import DirectMass, SparseMass
 from mpmbench.core.particles import Particles
-from mpmbench.core.unseen import seen_share
 
 WIDEST_BAND = (
     40  # beyond it conjugate gradients cost less than a banded factorisation in every step

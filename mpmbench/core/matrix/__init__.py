@@ -1,0 +1,1 @@
+"""Mass matrices and their solvers."""

@@ -1,0 +1,42 @@
+"""Places of version 0.1 that plug-ins written for it still name: importing one gives what stands there now."""
+
+import importlib
+import sys
+from collections.abc import Sequence
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+
+MOVED = {
+    "mpmbench.core.algebra": "mpmbench.core.compiled.algebra",
+    "mpmbench.core.methods": "mpmbench.core.loops",
+    "mpmbench.core.methods.explicit": "mpmbench.core.loops.explicit",
+    "mpmbench.core.rows": "mpmbench.core.compiled.rows",
+    "mpmbench.core.threads": "mpmbench.core.compiled.threads",
+    "mpmbench.core.triangulate": "mpmbench.core.geometry.triangulate",
+}
+
+
+class MovedModules(MetaPathFinder, Loader):
+    """Finds modules under their old names."""
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        return ModuleSpec(name, self) if name in MOVED else None
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        module = importlib.import_module(MOVED[spec.name])
+        spec.loader_state = module.__spec__
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        """It has been executed under its own name, and keeps that."""
+        assert module.__spec__ is not None
+        module.__spec__ = module.__spec__.loader_state
+
+
+def keep_old_places() -> None:
+    """Let old names be imported from now on."""
+    if not any(isinstance(finder, MovedModules) for finder in sys.meta_path):
+        sys.meta_path.insert(0, MovedModules())
