@@ -5,7 +5,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from mpmbench.analysis.contracts import Check, Finding, bases, materials, methods, problems
+from mpmbench.contracts import Check, Finding, bases, loops, materials, problems
 from mpmbench.core import registry
 from mpmbench.core.choices import Choices
 from mpmbench.core.materials import cauchy_stress
@@ -66,9 +66,7 @@ def cases(kind: str, name: str, settings: dict[str, Any]) -> Cases:
         step = registry.get("method", name)
         if getattr(step, "needs", cauchy_stress) is not cauchy_stress:
             return []  # the contract is that of explicit loops
-        return [
-            (f"{case.dimension}D", case, methods.checks(case)) for case in methods.cases(choices)
-        ]
+        return [(f"{case.dimension}D", case, loops.checks(case)) for case in loops.cases(choices)]
     problem = problems.ProblemCase(
         name, parameters(settings["problem"]), settings["material"]["name"], parameters(settings["material"]),
         settings["resolution"], settings["particles_per_cell"], settings["end_time"],

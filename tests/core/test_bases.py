@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mpmbench.analysis.contracts import bases
+from mpmbench.contracts import bases
 from mpmbench.core import registry
 from mpmbench.core.errors import SolverFailure
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mpmbench.analysis.contracts import materials
+from mpmbench.contracts import materials
 from mpmbench.core import registry
 from mpmbench.core.errors import BadSetting
 

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mpmbench.analysis.contracts import methods
+from mpmbench.contracts import loops
 from mpmbench.core import registry
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
@@ -52,7 +52,7 @@ def name_of(choices: Choices) -> str:
     )
 
 
-def case_name(case: methods.MethodCase) -> str:
+def case_name(case: loops.MethodCase) -> str:
     return f"{name_of(case.choices)}-{case.dimension}D"
 
 
@@ -64,29 +64,29 @@ FOR_ALL = (
     "uniform stretch",
     "rest",
 )
-CASES = [case for choices in COMBINATIONS if applicable(choices) for case in methods.cases(choices)]
+CASES = [case for choices in COMBINATIONS if applicable(choices) for case in loops.cases(choices)]
 
 
 @pytest.mark.parametrize("case", CASES, ids=case_name)
 @pytest.mark.parametrize("check", FOR_ALL)
-def test_contract(check: str, case: methods.MethodCase) -> None:
-    if check in methods.checks(case):
-        finding = methods.CHECKS[check](case)
+def test_contract(check: str, case: loops.MethodCase) -> None:
+    if check in loops.checks(case):
+        finding = loops.CHECKS[check](case)
         assert finding.passed, finding.text
 
 
 @pytest.mark.parametrize("case", [case for case in CASES if case.dimension > 1], ids=case_name)
-def test_angular_momentum_needs_a_symmetric_stress(case: methods.MethodCase) -> None:
-    finding = methods.angular_momentum(replace(case, material="small_strain_elastic"))
+def test_angular_momentum_needs_a_symmetric_stress(case: loops.MethodCase) -> None:
+    finding = loops.angular_momentum(replace(case, material="small_strain_elastic"))
     assert finding.passed, finding.text
 
 
 @pytest.mark.parametrize("choices", EXPLICIT, ids=lambda c: c.name)
-@pytest.mark.parametrize("check", [name for name in methods.CHECKS if name not in FOR_ALL])
+@pytest.mark.parametrize("check", [name for name in loops.CHECKS if name not in FOR_ALL])
 def test_contract_of_the_presets(check: str, choices: Choices) -> None:
-    for case in methods.cases(choices):
-        if check in methods.checks(case):
-            finding = methods.CHECKS[check](case)
+    for case in loops.cases(choices):
+        if check in loops.checks(case):
+            finding = loops.CHECKS[check](case)
             assert finding.passed, finding.text
 
 
@@ -106,7 +106,7 @@ def test_flip_weight_of_the_blend() -> None:
 def test_deformations_multiply_from_the_left(dim: int) -> None:
     """Two linear velocity fields one after the other: ``F = (I + dt B)(I + dt A)``, not the other way round."""
     rng = np.random.default_rng(dim)
-    state = methods.MethodCase(Choices(), dim).block(np.zeros_like)
+    state = loops.MethodCase(Choices(), dim).block(np.zeros_like)
     expected = np.eye(dim)
     for gradient in rng.standard_normal((2, dim, dim)):
         state.nodes.v[:] = state.basis.nodes @ gradient.T

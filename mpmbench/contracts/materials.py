@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from mpmbench.analysis.contracts import Check, Finding
+from mpmbench.contracts import Check, Finding
 from mpmbench.core import registry
 from mpmbench.core.compiled import kernel
 from mpmbench.core.materials import cauchy_stress, energy_density

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from mpmbench.analysis.contracts import Check, Finding, largest
+from mpmbench.contracts import Check, Finding, largest
 from mpmbench.core import registry
 from mpmbench.core.choices import Choices
 from mpmbench.core.materials import Material
