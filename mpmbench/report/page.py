@@ -168,7 +168,7 @@ def inline_svg(drawing: str, name: str) -> str:
 
 def template(name: str) -> jinja2.Template:
     """A page's template, with the filter ``unbroken`` that keeps ``2.8e-10`` on one line."""
-    loader = jinja2.PackageLoader("mpmbench.report", package_path="")
+    loader = jinja2.PackageLoader("mpmbench", package_path="")
     environment = jinja2.Environment(
         loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
@@ -311,7 +311,7 @@ def _render(campaign: Campaign, sections: list[Section]) -> str:
         for key in sorted(map(str, campaign.provenance))
     }
     origin.pop("code_hash", None)
-    return template("page.html.jinja").render(
+    return template("report/page.html.jinja").render(
         title=campaign.folder.resolve().name,
         counts=counts,
         total=len(campaign.runs),

@@ -280,16 +280,16 @@ def report(name: str, folder: Path, chosen: list[Experiment]) -> bool:
     """The paper's own report; that of each campaign where there is none."""
     from mpmbench.runs import reporting
 
-    place = PACKAGE / "report" / "papers" / name
+    place = PACKAGE / "papers" / name
     if not (place.is_dir() or place.with_suffix(".py").exists()):
         built = [reporting.build(one.results, only_when_older=True) for one in chosen]
         return all(built)
-    from mpmbench.report import papers as reports
+    from mpmbench import papers as reports
 
     page = Path("reports") / name / "index.html"
     sources = [
         file
-        for room in ("report", "analysis")
+        for room in ("papers", "report", "analysis")
         for file in (PACKAGE / room).rglob("*")
         if file.is_file()
     ]

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import yaml
 
+from mpmbench.papers import Campaigns, find, read_campaigns
+from mpmbench.papers.iaconeta2017 import disk, soil, support
+from mpmbench.papers.iaconeta2017.support import METHODS
 from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, MissingRuns, judge
-from mpmbench.report.papers import Campaigns, find, read_campaigns
-from mpmbench.report.papers.iaconeta2017 import disk, soil, support
-from mpmbench.report.papers.iaconeta2017.support import METHODS
 from mpmbench.runs import case, compose, schema
 
 PAPER = "iaconeta2017"

@@ -12,8 +12,7 @@ import yaml
 
 from mpmbench.core import registry
 from mpmbench.core.geometry import Box
-from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, judge
-from mpmbench.report.papers import (
+from mpmbench.papers import (
     Campaigns,
     Chapter,
     MissingRuns,
@@ -23,9 +22,10 @@ from mpmbench.report.papers import (
     names,
     read_campaigns,
 )
-from mpmbench.report.papers import page as paper_page
-from mpmbench.report.papers.parts import subset
-from mpmbench.report.papers.wobbes2020 import errata, spectra, survival, table1
+from mpmbench.papers import page as paper_page
+from mpmbench.papers.kit import subset
+from mpmbench.papers.wobbes2020 import errata, spectra, survival, table1
+from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, judge
 from mpmbench.runs import bisect, compose, schema, stamp
 from mpmbench.runs.case import solve
 from tests.core import support

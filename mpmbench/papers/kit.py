@@ -1,0 +1,311 @@
+"""What a paper's report is made of: the paper, its campaigns of runs, and chapters with figures and tables."""
+
+import dataclasses
+import importlib
+import pkgutil
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from mpmbench.report import figures, tables
+from mpmbench.report.claims import Claim, MissingRuns, Runs
+from mpmbench.report.records import Campaign, read_campaign
+from mpmbench.report.series import Study, order_of, studies
+from mpmbench.report.tables import Cell, Table
+from mpmbench.runs import stamp
+
+ERRORS = ("error_displacement_rms", "error_stress_rms")
+NOT_PAPERS = ("page", "kit")
+
+
+class Campaigns(dict[str, Campaign]):
+    """Campaigns by the name of their experiment; asking for one that is not there raises `MissingRuns`."""
+
+    def __missing__(self, name: str) -> Campaign:
+        raise MissingRuns(f"there are no results of the experiment {name}")
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure, what it shows, and the result files it was drawn from."""
+
+    name: str
+    title: str
+    caption: str
+    figure: Figure
+    files: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Animation:
+    """A moving picture (an animated GIF), what it shows, and the result files it was drawn from."""
+
+    name: str
+    title: str
+    caption: str
+    gif: bytes
+    files: tuple[str, ...] = ()
+
+
+@dataclass
+class Chapter:
+    """One section of the report.
+
+    Attributes
+    ----------
+    name : str
+        Short; the names of its files begin with it.
+    title : str
+    statement : str
+        What the paper says or shows there.
+    drawings : list of Drawing
+    animations : list of Animation
+    tables : list of Table
+    notes : list of str
+        Sentences between figures and tables.
+    """
+
+    name: str
+    title: str
+    statement: str = ""
+    drawings: list[Drawing] = field(default_factory=list)
+    animations: list[Animation] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+    def draw(
+        self, name: str, title: str, caption: str, figure: Figure, files: Iterable[str] = ()
+    ) -> None:
+        """Add a figure; its file is called ``<chapter>-<name>``."""
+        self.drawings.append(
+            Drawing(f"{self.name}-{name}", title, caption, figure, tuple(map(str, files)))
+        )
+
+    def animate(
+        self, name: str, title: str, caption: str, gif: bytes, files: Iterable[str] = ()
+    ) -> None:
+        """Add a moving picture; its file is called ``<chapter>-<name>.gif``."""
+        self.animations.append(
+            Animation(f"{self.name}-{name}", title, caption, gif, tuple(map(str, files)))
+        )
+
+    def add(self, table: Table | None) -> None:
+        """Add a table, unless there is none; its file is called ``<chapter>-<name>``."""
+        if table is not None:
+            self.tables.append(dataclasses.replace(table, name=f"{self.name}-{table.name}"))
+
+    def convergence(
+        self,
+        campaign: Campaign,
+        quantities: Iterable[str] = ERRORS[:1],
+        problem: str | None = None,
+        prefix: str = "",
+        where: str = "",
+    ) -> None:
+        """Add figure and table of errors along the main axis of a campaign, and the table of its orders.
+
+        Parameters
+        ----------
+        campaign : Campaign
+        quantities : iterable of str
+            Scalars of the runs, for example ``error_stress_rms``.
+        problem : str, optional
+            Needed when the campaign has runs of several problems.
+        prefix : str
+            Begins the names, when a chapter has several of these.
+        where : str
+            Ends the titles then, for example ``"plate"``.
+        """
+        study = study_of(campaign, problem)
+        more = f", {where}" if where else ""
+        estimates = {}
+        for quantity in quantities:
+            found = {
+                one.label: order_of(study, one, quantity)
+                for one in study.series
+                if len(one.finite(quantity))
+            }
+            estimates[quantity] = {
+                label: order for label, order in found.items() if order is not None
+            }
+            drawing = figures.convergence(study, quantity, estimates[quantity])
+            if drawing is None:
+                continue
+            what = quantity.removeprefix("error_").removesuffix("_rms")
+            caption = (
+                "Orders p with 95 % intervals; triangles show slopes."
+                if estimates[quantity]
+                else ""
+            )
+            words = re.sub(r"_l[12]_max$", "", what).replace("_", " ")
+            title = f"{words.capitalize()} error{more}"
+            self.draw(f"{prefix}{what}", title, caption, drawing, study.runs.index)
+            table = tables.errors(study, quantity)
+            if table is not None:
+                self.add(
+                    dataclasses.replace(table, name=f"{prefix}{what}", title=table.title + more)
+                )
+        table = tables.orders(
+            study, {quantity: orders for quantity, orders in estimates.items() if orders}
+        )
+        if table is not None:
+            self.add(dataclasses.replace(table, name=f"{prefix}orders", title=table.title + more))
+
+
+@dataclass(frozen=True)
+class Paper:
+    """A paper that is reproduced.
+
+    Attributes
+    ----------
+    name : str
+        Name of its folders of experiments, results and reports.
+    title, reference : str
+    chapters : tuple of callable
+        Each takes `Campaigns` and returns a `Chapter`.
+    claims : tuple of Claim
+    summary : str
+        A paragraph on top of the page.
+    """
+
+    name: str
+    title: str
+    reference: str
+    chapters: tuple[Callable[[Campaigns], Chapter], ...]
+    claims: tuple[Claim, ...] = ()
+    summary: str = ""
+
+
+def names() -> list[str]:
+    """Papers that have a report, sorted."""
+    package = importlib.import_module("mpmbench.papers")
+    return sorted(
+        module.name
+        for module in pkgutil.iter_modules(package.__path__)
+        if module.name not in NOT_PAPERS
+    )
+
+
+def find(name: str) -> Paper:
+    """The paper of that name.
+
+    Raises
+    ------
+    KeyError
+        When there is none.
+    """
+    if name not in names():
+        raise KeyError(name)
+    paper: Paper = importlib.import_module(f"mpmbench.papers.{name}").PAPER
+    return paper
+
+
+def read_campaigns(folder: Path) -> Campaigns:
+    """Read all folders with results below a folder; the runs are called ``<experiment>/<file>``."""
+    found = Campaigns()
+    for place in sorted(
+        {file.parent for file in Path(folder).rglob("*.nc") if not file.name.startswith(".")}
+    ):
+        name = place.relative_to(folder).as_posix()
+        found[name] = _below(_complete(read_campaign(place)), name, Path(folder))
+    return found
+
+
+def _complete(campaign: Campaign) -> Campaign:
+    """A campaign without files that its experiment no longer has, where that is known."""
+    listed = stamp.read(campaign.folder).get("files")
+    if listed is None:
+        return campaign
+    keep = campaign.runs.index.isin(list(listed))
+    unreadable = {file: reason for file, reason in campaign.unreadable.items() if file in listed}
+    return _rows(dataclasses.replace(campaign, unreadable=unreadable), keep)
+
+
+def _rows(campaign: Campaign, keep: np.ndarray) -> Campaign:
+    """Some of the runs of a campaign."""
+    return dataclasses.replace(
+        campaign,
+        runs=campaign.runs[keep],
+        settings=campaign.settings[keep],
+        provenance=campaign.provenance[keep],
+    )
+
+
+def _below(campaign: Campaign, name: str, folder: Path) -> Campaign:
+    """The same campaign, its files named from the folder above."""
+    tables_of_runs = {
+        key: getattr(campaign, key).rename(index=lambda file: f"{name}/{file}")
+        for key in ("runs", "settings", "provenance")
+    }
+    unreadable = {f"{name}/{file}": reason for file, reason in campaign.unreadable.items()}
+    return dataclasses.replace(campaign, folder=folder, unreadable=unreadable, **tables_of_runs)
+
+
+def study_of(campaign: Campaign, problem: str | None = None) -> Study:
+    """The runs of one problem along their main axis.
+
+    Raises
+    ------
+    MissingRuns
+        When the campaign has no runs of this problem.
+    """
+    found = [study for study in studies(campaign) if problem in (None, study.problem)]
+    if not found:
+        raise MissingRuns(
+            f"{campaign.folder.name}: there are no runs of {problem or 'any problem'}"
+        )
+    return found[0]
+
+
+def subset(campaign: Campaign, **match: Any) -> Campaign:
+    """The runs of a campaign that match, as in `Runs.number`; lists of values are alternatives.
+
+    Raises
+    ------
+    MissingRuns
+        When none does.
+    """
+    keep = campaign.runs.index == campaign.runs.index
+    for key, value in match.items():
+        name = key.replace("__", ".")
+        if name not in campaign.runs and name not in campaign.settings:
+            raise MissingRuns(f"{campaign.folder.name}: no run has a setting {name}")
+        column = campaign.runs[name] if name in campaign.runs else campaign.settings[name]
+        keep &= column.isin(value if isinstance(value, (list, tuple, set)) else [value]).to_numpy()
+    if not keep.any():
+        raise MissingRuns(f"{campaign.folder.name}: no run matches {match}")
+    return _rows(campaign, keep)
+
+
+def variables(
+    campaigns: Campaigns, campaign: str, *wanted: str, **match: Any
+) -> tuple[str, dict[str, np.ndarray]]:
+    """File of the one finished run that matches, and its variables.
+
+    Raises
+    ------
+    MissingRuns
+        When there is no such run, or it did not finish.
+    """
+    runs = Runs(campaigns)
+    runs.number(campaign, "steps", **match)
+    file = runs.evidence[-1].files[0]
+    return file, campaigns[campaign].variables(file, wanted)
+
+
+def cell(campaigns: Campaigns, campaign: str, quantity: str, **match: Any) -> Cell:
+    """The number of the one run that matches, with its file; its status when it did not finish, empty without a run."""
+    runs = Runs(campaigns)
+    try:
+        value: float | str = runs.number(campaign, quantity, **match)
+    except MissingRuns:
+        try:
+            value = runs.status(campaign, **match).replace("_", " ")
+        except MissingRuns:
+            return Cell()
+    return Cell(value, runs.evidence[-1].files)

@@ -1,0 +1,245 @@
+"""Figs. 4.2 to 4.5: the isothermal shock in one dimension, and what the thesis does not show."""
+
+from typing import Any
+
+import numpy as np
+
+from mpmbench.papers.kit import Campaigns, Chapter, MissingRuns, cell, variables
+from mpmbench.papers.li2009.support import (
+    DENSITY,
+    FIELDS,
+    OTM,
+    SHOCK,
+    VELOCITY,
+    exact_shock,
+    panels,
+)
+from mpmbench.report import style
+from mpmbench.report.tables import Cell, Table
+
+PARTICLES = (1, 2, 3, 4, 6, 8)
+DENSITY_TICKS = (3e-4, 5e-4, 1e-3, 1.5e-3)  # [kg/m2]
+SHOWN_LENGTH = 0.018  # where something happens [m]
+
+
+def exact_chapter(campaigns: Campaigns) -> Chapter:
+    """The exact fields, and the computed ones against them."""
+    page = Chapter(
+        "fig4_3",
+        "Figs. 4.2 and 4.3: the shock",
+        "Density, displacement, velocity and acceleration of the travelling wave; OTM follows them.",
+    )
+    file, found = variables(campaigns, "fig4_3", *FIELDS, resolution=50)
+    X, times = found["position_initial"][:, 0], found["snapshot_time"]
+    line = np.linspace(0.0, X.max(), 240)
+    units = {
+        "density": "kg/m$^3$",
+        "displacement": "m",
+        "velocity": "m/s",
+        "acceleration": "m/s$^2$",
+    }
+    figure, axes = panels(2, 2, height=1.7, sharex=True)
+    for axis, (name, unit) in zip(axes.ravel(), units.items(), strict=True):
+        for k, t in enumerate(times):
+            axis.plot(
+                line,
+                exact_shock(line, t)[name],
+                color=str(0.75 * (1.0 - k / (len(times) - 1))),
+                lw=0.9,
+            )
+        axis.set_ylabel(f"{name} [{unit}]")
+    figure.supxlabel("$X_1$ [m]", size=8)
+    caption = "Exact fields at t = 0 (light) to 6 L/C (dark), with + log 2 in Eqs. 4.21a and 4.23b."
+    page.draw("exact", "Fig. 4.2: exact fields", caption, figure, [])
+    figure, axes = panels(2, 3, height=1.5, sharex=True)
+    reference = found["volume"][0] / (SHOCK["rho"] / exact_shock(X, 0.0)["density"])
+    lag = 0.5 * _step(campaigns, file)  # a velocity lives half a step before its instant
+    near = line[line < SHOWN_LENGTH]
+    for k, face in zip(
+        range(1, len(times), 2), ("white", "#f3c4a3", style.colour("otm")), strict=False
+    ):
+        computed = {
+            "density": SHOCK["rho"] * reference / found["volume"][k],
+            "displacement": found["displacement"][k, :, 0],
+            "velocity": found["velocity"][k, :, 0],
+        }
+        for column, (name, values) in enumerate(computed.items()):
+            t = times[k] - (lag if name == "velocity" else 0.0)
+            above, below = axes[:, column]
+            above.plot(near, exact_shock(near, t)[name], **style.EXACT)
+            points = {"ms": 3.2, "mfc": face, "mec": style.colour("otm"), "mew": 0.6}
+            above.plot(X[X < SHOWN_LENGTH], values[X < SHOWN_LENGTH], "D", **points)
+            error = (values - exact_shock(X, t)[name])[X < SHOWN_LENGTH]
+            below.plot(
+                X[X < SHOWN_LENGTH], error, "D-", lw=0.6, color=style.colour("otm"), **points
+            )
+            above.set_ylabel(f"{name} [{units[name]}]")
+            below.set_ylabel(f"error [{units[name]}]")
+            below.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
+    figure.supxlabel("$X_1$ [m]", size=8)
+    instants = ", ".join(f"{1e3 * times[k]:.2f}" for k in range(1, len(times), 2))
+    caption = (
+        f"OTM with 50 cells, lumped mass, gamma = 1.8, at t = {instants} ms (white to filled); black: exact. Below the "
+        "differences at the same points."
+    )
+    page.draw("computed", "Fig. 4.3: computed and exact fields", caption, figure, [file])
+    return page
+
+
+def _step(campaigns: Campaigns, file: str) -> float:
+    """Last time step of a run [s]."""
+    runs = campaigns["fig4_3"].runs
+    return float(runs.time_step[file])
+
+
+def convergence_chapter(campaigns: Campaigns) -> Chapter:
+    """Orders in one dimension."""
+    page = Chapter(
+        "fig4_4",
+        "Figs. 4.4 and 4.5: convergence of the shock in one dimension",
+        "The rates are 2.13 for the velocity and 1.88 for the density; the errors stay below 1e-7.",
+    )
+    page.convergence(campaigns["fig4_4"], (VELOCITY, DENSITY))
+    page.notes.append(
+        "The error level of the thesis belongs to squared norms: at h = L/8 the velocity is right to about 5e-5 "
+        "m^1.5/s in the norm of Eq. 4.27."
+    )
+    return page
+
+
+def irregular_chapter(campaigns: Campaigns) -> Chapter:
+    """Irregular nodes, and gradients that integrate exactly."""
+    page = Chapter(
+        "irregular",
+        "Irregular nodes: displaced by 20 %, beyond the thesis",
+        "The thesis shows uniform nodes only.",
+    )
+    page.convergence(campaigns["irregular"], (VELOCITY, DENSITY))
+    page.notes.append(
+        "Particles at the middle of irregular segments do not integrate the gradients exactly: a constant stress "
+        "pushes nodes about, and the density stops converging. Gradients corrected so that they integrate exactly "
+        "(basis.gradient=consistent) mend it."
+    )
+    return page
+
+
+def particles_chapter(campaigns: Campaigns) -> Chapter:
+    """More particles per cell."""
+    page = Chapter(
+        "particles", "Particles per cell: what they do for the density, beyond the thesis"
+    )
+    figure, axes = panels(1, 2, height=2.1, sharey=True)
+    rows, files = [], []
+    for axis, share in zip(axes[0], (0.0, 0.2), strict=True):
+        for rank, gradient in enumerate(("exact", "consistent")):
+            match: dict[str, Any] = {"problem__irregularity": share, "basis__gradient": gradient}
+            errors = [
+                cell(campaigns, "particles", DENSITY, particles_per_cell=n, **match)
+                for n in PARTICLES
+            ]
+            known = [
+                (n, e.value)
+                for n, e in zip(PARTICLES, errors, strict=True)
+                if isinstance(e.value, float)
+            ]
+            if not known:
+                raise MissingRuns(f"particles: no run with {gradient} gradients has finished")
+            axis.loglog(
+                *zip(*known, strict=True),
+                label=f"{gradient} gradients",
+                **style.line("otm", "lme", rank),
+            )
+            rows.append([Cell("irregular" if share else "uniform"), Cell(gradient), *errors])
+            files += [file for e in errors for file in e.files]
+        axis.set_title("20 % irregular nodes" if share else "uniform nodes", pad=3)
+        axis.set_xticks(PARTICLES, [str(n) for n in PARTICLES])
+        axis.set_yticks(DENSITY_TICKS, [f"{error:g}" for error in DENSITY_TICKS])
+        axis.minorticks_off()
+    axes[0, 0].legend()
+    figure.supxlabel("particles per cell", size=8)
+    figure.supylabel("density error [kg/m$^2$]", size=8)
+    page.draw(
+        "density", "Error of the density", "50 cells, OTM, lumped mass, gamma = 1.8.", figure, files
+    )
+    columns = ["nodes", "gradients", *(f"{n} per cell" for n in PARTICLES)]
+    title = "Largest L1 error of the density [kg/m2]"
+    page.add(Table("density", title, columns, rows, numeric=tuple(range(2, 8))))
+    return page
+
+
+def mass_chapter(campaigns: Campaigns) -> Chapter:
+    """Mass and transfer, and all methods on the shock."""
+    page = Chapter(
+        "methods",
+        "Mass and transfer, other methods: the shock in one dimension",
+        "The thesis derives a consistent form (3.89) and a lumped one with nodal velocities (3.92).",
+    )
+    rows = []
+    for mass in ("lumped", "consistent"):
+        for transfer in ("nodal", "position_difference"):
+            for n in (1, 2):
+                match = OTM | {"mass": mass, "method__transfer": transfer, "particles_per_cell": n}
+                errors = [
+                    cell(campaigns, "mass_transfer", norm, **match) for norm in (VELOCITY, DENSITY)
+                ]
+                failed = isinstance(errors[0].value, str) and errors[0].files
+                why = (
+                    str(campaigns["mass_transfer"].runs.reason[errors[0].files[0]])
+                    if failed
+                    else ""
+                )
+                rows.append(
+                    [
+                        Cell(mass),
+                        Cell(transfer.replace("_", " ")),
+                        Cell(n),
+                        *errors,
+                        Cell(why.split(":")[0]),
+                    ]
+                )
+    columns = [
+        "mass",
+        "transfer",
+        "particles per cell",
+        "velocity error [m^1.5/s]",
+        "density error [kg/m2]",
+        "reason",
+    ]
+    page.add(
+        Table("mass", "OTM with 50 cells, by mass and transfer", columns, rows, numeric=(2, 3, 4))
+    )
+    runs, settings = campaigns["shock_methods"].runs, campaigns["shock_methods"].settings
+    rows = []
+    for file in runs.sort_values(["method", "basis"]).index:
+        name = f"{runs.method[file]}, {runs.basis[file]}"
+        for key, usual in (
+            ("basis.gamma", 1.8),
+            ("basis.locality", "convected"),
+            ("method.shape_functions", "updated"),
+        ):
+            value = settings[key][file] if key in settings else None
+            if (
+                value is not None
+                and value == value
+                and value != usual
+                and runs.basis[file] == "lme"
+            ):
+                name += f", {key.partition('.')[2].replace('_', ' ')} {value}"
+        done = runs.status[file] == "ok"
+        errors = [
+            Cell(float(runs[norm][file]) if done else runs.status[file].replace("_", " "), (file,))
+            for norm in (VELOCITY, DENSITY)
+        ]
+        reason = Cell("" if done else str(runs.reason[file]).partition(" (")[0])
+        rows.append([Cell(name), Cell(str(runs.mass[file])), *errors, reason])
+    columns = ["method", "mass", "velocity error [m^1.5/s]", "density error [kg/m2]", "reason"]
+    page.add(
+        Table(
+            "methods",
+            "All methods, 50 cells, two particles per cell",
+            columns,
+            rows,
+            numeric=(2, 3),
+        )
+    )
+    return page

@@ -1,0 +1,206 @@
+"""Figs. 4.6 to 4.9: the shock along a strip and down a cylinder."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from mpmbench.papers.kit import Campaigns, Chapter, cell, variables
+from mpmbench.papers.li2009.support import DENSITY, FIELDS, OTM, VELOCITY, exact_shock, panels
+from mpmbench.report import style
+from mpmbench.report.tables import Cell, Table
+
+COLOURS: dict[str, Any] = {
+    "cmap": "viridis",
+    "vmin": 0.0,
+    "vmax": 2.2,
+    "rasterized": True,
+}  # velocity [m/s]
+VIEW = (30.0, 18.0)  # turn about the vertical and tilt [degrees]
+STRIP: dict[str, dict[str, Any]] = {
+    "gamma = 1.8": OTM | {"basis__gamma": 1.8, "basis__gradient": "exact", "particles_per_cell": 1},
+    "gamma = 4": OTM | {"basis__gamma": 4.0},
+    "gamma = 1.8, corrected gradients": OTM | {"basis__gradient": "consistent"},
+    "gamma = 1.8, 2 x 2 particles per cell": OTM | {"particles_per_cell": 4},
+    "linear FEM, 2 x 2 particles per cell": {"method": "linear_fem"},
+}
+CYLINDER: dict[str, dict[str, Any]] = {
+    f"gamma = {gamma:g}": OTM | {"basis__gamma": gamma} for gamma in (1.8, 4.0)
+}
+
+
+def strip_chapter(campaigns: Campaigns) -> Chapter:
+    """The shock in two dimensions."""
+    page = Chapter(
+        "fig4_7",
+        "Figs. 4.6 and 4.7: the shock along a strip",
+        "The shock propagates in two dimensions; no errors are given.",
+    )
+    file, found = variables(campaigns, "fig4_7", *FIELDS, **STRIP["gamma = 4"])
+    figure, axes = panels(6, 1, height=0.62, sharex=True)
+    for row, place in enumerate(("reference", "deformed")):
+        for k, t in enumerate(found["snapshot_time"][1:], 1):
+            x = found["position_initial"] if place == "reference" else found["position"][k]
+            axis = axes[3 * row + k - 1, 0]
+            picture = _strip(
+                axis, x, found["velocity"][k, :, 0], f"{place}, t = {1e3 * t:.2f} ms", 3.0
+            )
+            axis.set_xlim(-0.5, 44.0)
+    figure.colorbar(picture, ax=list(axes[:, 0]), label="velocity [m/s]", shrink=0.7)
+    figure.supxlabel("$x_1$ [mm]", size=8)
+    caption = (
+        "Material points at the barycentres of 400 triangles, where they were at first (Fig. 4.6) and where they are "
+        "(Fig. 4.7); lumped mass, gamma = 4."
+    )
+    page.draw("strip", "Velocity at three instants", caption, figure, [file])
+    figure, axes = panels(3, 2, height=1.5, sharex=True, sharey=True)
+    files = []
+    for axis, (name, match) in zip(axes.ravel(), STRIP.items(), strict=False):
+        file, found = variables(campaigns, "fig4_7", *FIELDS, **match)
+        picture = _strip(axis, found["position"][-1], found["velocity"][-1, :, 0], name, 7.0)
+        axis.set_xlim(8.5, 17.0)
+        files.append(file)
+    axes[-1, -1].set_axis_off()
+    figure.colorbar(picture, ax=list(axes.ravel()), label="velocity [m/s]", shrink=0.7)
+    figure.supxlabel("$x_1$ [mm]", size=8)
+    figure.supylabel("$x_2$ [mm]", size=8)
+    page.draw(
+        "head",
+        "The compressed end at t = 6 L/C",
+        "Material points; the exact motion has no part across.",
+        figure,
+        files,
+    )
+    page.add(_errors(campaigns, "fig4_7", STRIP))
+    page.notes.append(
+        "Barycentres of the triangles integrate wide functions badly: the strip is pushed sideways. Narrow functions, "
+        "particles in a regular pattern, or corrected gradients bring it back."
+    )
+    return page
+
+
+def _strip(axis: Axes, x: np.ndarray, v: np.ndarray, title: str, size: float) -> Any:
+    """Material points in the plane [m] coloured by their velocity [m/s]."""
+    picture = axis.scatter(1e3 * x[:, 0], 1e3 * x[:, 1], c=v, s=size, linewidths=0.0, **COLOURS)
+    axis.set_title(title, pad=2, fontsize=7)
+    axis.set_aspect("equal")
+    axis.set_ylim(-0.2, 3.7)
+    axis.set_yticks((0, 3))
+    axis.grid(False)
+    return picture
+
+
+def cylinder_chapter(campaigns: Campaigns) -> Chapter:
+    """The shock in three dimensions."""
+    page = Chapter(
+        "fig4_9",
+        "Figs. 4.8 and 4.9: the shock down a cylinder",
+        "In 3D, 2907 nodes and 14,700 material points: a sequence of snapshots of the deformed configuration.",
+    )
+    file, found = variables(campaigns, "fig4_9", *FIELDS, **CYLINDER["gamma = 4"])
+    figure, axes = panels(3, 2, height=1.05)
+    X = found["position_initial"]
+    kept = (X[:, 1] >= 0.0) | (X[:, 2] <= 0.0)
+    for row, k in enumerate(range(1, len(found["snapshot_time"]))):
+        for axis, x, name in zip(
+            axes[row], (X, found["position"][k]), ("reference", "deformed"), strict=True
+        ):
+            picture = _body(axis, 1e3 * x[kept], found["velocity"][k, kept, 0])
+            axis.set_title(
+                f"{name}, t = {1e3 * found['snapshot_time'][k]:.2f} ms", pad=0, fontsize=7
+            )
+    figure.colorbar(picture, ax=list(axes.ravel()), label="velocity [m/s]", shrink=0.7)
+    caption = (
+        "Material points, a quarter of the cylinder cut away, where they were at first (Fig. 4.8) and where they are "
+        "(Fig. 4.9); lumped mass, gamma = 4. The scale is in mm along the axis."
+    )
+    page.draw("cylinder", "Velocity in the cylinder at three instants", caption, figure, [file])
+    files = _along(page, campaigns)
+    assert file in files
+    page.add(_errors(campaigns, "fig4_9", CYLINDER))
+    page.notes.append(
+        "The functions are measured with the deformation gradient of each material point, so that a compression to a "
+        "tenth along one axis leaves a point the neighbours that it had."
+    )
+    return page
+
+
+def _body(axis: Axes, x: np.ndarray, v: np.ndarray) -> Any:
+    """Points in space [mm], seen along parallel rays from the front of the end that is driven, far ones first."""
+    turn, tilt = np.deg2rad(VIEW)
+
+    def seen(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        away = x[:, 0] * np.sin(turn) + x[:, 1] * np.cos(turn)
+        across = x[:, 0] * np.cos(turn) - x[:, 1] * np.sin(turn)
+        return (
+            across,
+            x[:, 2] * np.cos(tilt) + away * np.sin(tilt),
+            away * np.cos(tilt) - x[:, 2] * np.sin(tilt),
+        )
+
+    across, up, depth = seen(x)
+    order = np.argsort(-depth)
+    picture = axis.scatter(across[order], up[order], c=v[order], s=2.5, linewidths=0.0, **COLOURS)
+    low, marks = -1.4 * float(np.hypot(x[:, 1], x[:, 2]).max()), np.arange(0.0, 41.0, 10.0)
+    across, up, _ = seen(np.column_stack([marks, np.zeros_like(marks), np.full_like(marks, low)]))
+    axis.plot(across, up, "|-", color="#555555", lw=0.6, ms=4, mew=0.6)
+    for mark, place, height in zip(marks, across, up, strict=True):
+        axis.text(place, height - 0.7, f"{mark:g}", size=6, ha="center", va="top", color="#555555")
+    axis.set_aspect("equal")
+    axis.set_axis_off()
+    return picture
+
+
+def _along(page: Chapter, campaigns: Campaigns) -> list[str]:
+    """Velocity and density of all points of the cylinder over their initial place; the files."""
+    figure, axes = panels(2, 2, height=1.6, sharex=True, sharey="row")
+    files = []
+    for column, (name, match) in enumerate(CYLINDER.items()):
+        file, found = variables(campaigns, "fig4_9", *FIELDS, **match)
+        files.append(file)
+        X, t = found["position_initial"][:, 0], float(found["snapshot_time"][-1])
+        V0 = found["volume"][0] * exact_shock(X, float(found["snapshot_time"][0]))["density"]
+        line = np.linspace(0.0, X.max(), 240)
+        computed = {
+            "velocity [m/s]": found["velocity"][-1, :, 0],
+            "density [kg/m$^3$]": V0 / found["volume"][-1],
+        }
+        for axis, (label, values) in zip(axes[:, column], computed.items(), strict=True):
+            axis.plot(
+                1e3 * X, values, ".", ms=1.5, mew=0.0, color=style.colour("otm"), rasterized=True
+            )
+            axis.plot(
+                1e3 * line,
+                exact_shock(line, t)[label.partition(" ")[0]],
+                **style.EXACT | {"zorder": 3.0},
+            )
+            if column == 0:
+                axis.set_ylabel(label)
+        axes[0, column].set_title(name, pad=3)
+    figure.supxlabel("$X_1$ [mm]", size=8)
+    caption = "All 14,700 material points at t = 6 L/C over their initial place; black: exact."
+    page.draw("along", "Scatter over the cross-sections", caption, figure, files)
+    return files
+
+
+def _errors(campaigns: Campaigns, campaign: str, shown: dict[str, dict[str, Any]]) -> Table:
+    """Errors and costs of some runs."""
+    rows = []
+    for name, match in shown.items():
+        quantities = ("n_nodes", "n_particles", "neighbours_mean", "steps", "solver_time")
+        errors = [cell(campaigns, campaign, quantity, **match) for quantity in (VELOCITY, DENSITY)]
+        file, found = variables(campaigns, campaign, "velocity", **match)
+        across = Cell(float(np.abs(found["velocity"][-1, :, 1:]).max()), (file,))
+        numbers = [cell(campaigns, campaign, quantity, **match) for quantity in quantities]
+        if isinstance(numbers[2].value, str):  # finite elements do not look for neighbours
+            numbers[2] = Cell("")
+        rows.append([Cell(name), *errors, across, *numbers])
+    columns = [
+        "functions",
+        "velocity error [m^1.5/s]",
+        "density error [kg/m2]",
+        "largest speed across [m/s]",
+    ]
+    columns += ["nodes", "particles", "neighbours", "steps", "time [s]"]
+    note = "Errors are largest ones over time, Eq. 4.27; the speed across is that of one material point at the end."
+    return Table("errors", "Errors and cost", columns, rows, note, numeric=tuple(range(1, 9)))

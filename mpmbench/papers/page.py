@@ -1,0 +1,185 @@
+"""Writes the report of a paper: a page that opens offline, and a README with its figures and tables."""
+
+import dataclasses
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from mpmbench.analysis.convergence import INTERVAL_MEANING
+from mpmbench.papers.kit import Campaigns, Chapter, Paper, find, read_campaigns
+from mpmbench.report import style, tables
+from mpmbench.report.claims import HOLDS, UNDECIDED, MissingRuns, claims_table
+from mpmbench.report.page import Picture, Writer, template
+from mpmbench.report.series import studies
+from mpmbench.report.tables import Table
+
+NOT_COMMITTED = "index.html\nfiles.txt\nfigures/*.pdf\nfigures/*.png\ntables/*.md\n"
+
+
+def build(name: str, results: Path = Path("results"), output: Path | None = None) -> Path:
+    """Write the report of a paper and return its page.
+
+    Parameters
+    ----------
+    name : str
+        Name of a paper (`names`).
+    results : Path
+        Folder with ``<name>/<experiment>/*.nc``.
+    output : Path, optional
+        Where the report goes; ``reports/<name>`` by default.
+
+    Returns
+    -------
+    Path
+        ``index.html``; README.md, the figures and the tables are beside it.
+
+    Raises
+    ------
+    KeyError
+        When there is no such paper.
+    FileNotFoundError
+        When there is no result file.
+    """
+    paper = find(name)
+    folder = Path(results) / name
+    campaigns = read_campaigns(folder)
+    if not campaigns:
+        command = f"python -m mpmbench reproduce {name}"
+        raise FileNotFoundError(f"{folder} has no result files (*.nc); `{command}` makes them")
+    writer = Writer(Path(output) if output is not None else Path("reports") / name)
+    verdicts = claims_table("claims", paper.claims, campaigns) if paper.claims else None
+    if verdicts is not None:
+        writer.table(verdicts)
+    chapters, pictures = [], {}
+    with style.applied():
+        for make in paper.chapters:
+            chapter = _chapter(make, campaigns)
+            chapters.append(chapter)
+            drawings = chapter.drawings
+            pictures[chapter.name] = [
+                writer.picture(d.name, d.title, d.caption, d.figure) for d in drawings
+            ]
+            for animation in chapter.animations:
+                writer.data(f"figures/{animation.name}.gif", animation.gif)
+            for table in chapter.tables:
+                writer.table(table)
+    lists = {experiment: list(_runs(campaigns, experiment)) for experiment in campaigns}
+    for group in lists.values():
+        for table in group:
+            writer.text(f"tables/{table.name}.csv", table.csv())
+    writer.text(".gitignore", NOT_COMMITTED)
+    writer.text("README.md", markdown(paper, verdicts, chapters, pictures, lists))
+    page = writer.text("index.html", _html(paper, verdicts, chapters, pictures, lists, campaigns))
+    writer.finish()
+    return page
+
+
+def _chapter(make: Any, campaigns: Campaigns) -> Chapter:
+    """The chapter, or one that says which runs it lacks."""
+    try:
+        chapter: Chapter = make(campaigns)
+    except MissingRuns as missing:
+        name = make.__name__.removesuffix("_chapter")
+        return Chapter(
+            name,
+            name.replace("_", " "),
+            notes=[f"This chapter has to wait for its runs: {missing}."],
+        )
+    return chapter
+
+
+def _runs(campaigns: Campaigns, experiment: str) -> Iterable[Table]:
+    """All runs of an experiment with their files, one table for each problem."""
+    for study in studies(campaigns[experiment]):
+        table = tables.all_runs(study)
+        where = experiment.replace("/", "-")
+        title = f"{experiment}: {study.problem.replace('_', ' ')}, {len(study.runs)} runs"
+        yield dataclasses.replace(table, name=f"{where}-{study.problem}-runs", title=title)
+
+
+def markdown(
+    paper: Paper,
+    verdicts: Table | None,
+    chapters: list[Chapter],
+    pictures: dict[str, list[Picture]],
+    lists: dict[str, list[Table]],
+) -> str:
+    """The report as Markdown, with links to the figures and to the tables with all digits and result files."""
+    parts = [f"# {paper.title}", paper.reference, paper.summary]
+    parts.append(
+        f"Written by `python -m mpmbench reproduce {paper.name}` from result files; nothing in it is typed in. The CSV "
+        "files beside it hold all digits and name the result files behind each row."
+    )
+    if verdicts is not None:
+        short = dataclasses.replace(
+            verdicts,
+            title="",
+            columns=verdicts.columns[:4],
+            rows=[row[:4] for row in verdicts.rows],
+        )
+        parts += [
+            "## Claims",
+            short.markdown().strip(),
+            "[Evidence and result files](tables/claims.csv)",
+        ]
+    for chapter in chapters:
+        parts.append(f"## {chapter.title}")
+        if chapter.statement:
+            parts.append("\n".join(f"> {line}" for line in chapter.statement.splitlines()))
+        for picture in pictures[chapter.name]:
+            image = f"![{picture.title}](figures/{picture.name}.svg)"
+            parts.append(f"{image}\n\n*{picture.title}.* {picture.caption}".strip())
+        for animation in chapter.animations:
+            image = f"![{animation.title}](figures/{animation.name}.gif)"
+            parts.append(f"{image}\n\n*{animation.title}.* {animation.caption}".strip())
+        parts += chapter.notes
+        for table in chapter.tables:
+            body = dataclasses.replace(
+                table, title=f"**{table.title}** ([CSV](tables/{table.name}.csv))"
+            )
+            parts.append(body.markdown().strip())
+    links = [
+        f"[{table.title}](tables/{table.name}.csv)" for group in lists.values() for table in group
+    ]
+    parts += [
+        "## All runs",
+        "\n".join(f"- {link}" for link in links),
+        f"Intervals: {INTERVAL_MEANING}",
+    ]
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def _html(
+    paper: Paper,
+    verdicts: Table | None,
+    chapters: list[Chapter],
+    pictures: dict[str, list[Picture]],
+    lists: dict[str, list[Table]],
+    campaigns: Campaigns,
+) -> str:
+    status = [status for campaign in campaigns.values() for status in campaign.runs.status]
+    origin: dict[str, set[str]] = {}
+    for campaign in campaigns.values():
+        for key in campaign.provenance:
+            origin.setdefault(str(key), set()).update(
+                str(value) for value in campaign.provenance[key].dropna()
+            )
+    origin.pop("code_hash", None)
+    return template("papers/page.html.jinja").render(
+        paper=paper,
+        claims=verdicts,
+        holds=HOLDS,
+        undecided=UNDECIDED,
+        chapters=chapters,
+        pictures=pictures,
+        lists=lists,
+        counts={word: status.count(word) for word in sorted(set(status))},
+        total=len(status),
+        unreadable={
+            file: why
+            for campaign in campaigns.values()
+            for file, why in campaign.unreadable.items()
+        },
+        provenance={key: sorted(values) for key, values in sorted(origin.items())},
+        interval_meaning=INTERVAL_MEANING,
+    )

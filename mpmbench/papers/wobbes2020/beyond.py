@@ -1,0 +1,200 @@
+"""Studies that the paper does not have: large strain, quadrature, degrees, and the floor of updated-Lagrangian MPM."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mpmbench.papers.kit import Campaigns, Chapter, MissingRuns, cell, subset
+from mpmbench.papers.wobbes2020.support import ERROR, METHODS, STRESS, method, panels, ratio, single
+from mpmbench.report import style
+from mpmbench.report.claims import Runs
+from mpmbench.report.tables import Cell, Table
+
+PARTICLES = (1, 2, 3, 4, 6, 8, 12, 16)
+AMPLITUDES = (0.005, 0.01, 0.02)
+FLOOR_CELLS = (32, 64, 128, 256)
+
+
+def large_strain_chapter(campaigns: Campaigns) -> Chapter:
+    """Strains of 20 % instead of 0.2 %."""
+    page = Chapter("large_strain", "Beyond the paper: large strain")
+    page.statement = (
+        "The paper's bar is strained by 0.2 %: BSMPM and the unified method give similar results."
+    )
+    page.convergence(campaigns["large_strain"], (ERROR, STRESS), prefix="bar_", where="bar")
+    page.convergence(
+        campaigns["large_strain_plate"], (ERROR, STRESS), prefix="plate_", where="plate"
+    )
+    rows = []
+    pairs = {"unified": "BSMPM", "OTM-P1": "MPM-P1", "OTM-maxent": "MPM-maxent"}
+    for moving, fixed in pairs.items():
+        for campaign, cells, problem in (
+            ("large_strain", 64, "bar"),
+            ("large_strain_plate", 32, "plate"),
+        ):
+            if campaign == "large_strain_plate" and fixed == "MPM-maxent":
+                continue
+            errors = [
+                cell(campaigns, campaign, ERROR, **method(name, resolution=cells))
+                for name in (fixed, moving)
+            ]
+            rows.append(
+                [
+                    Cell(f"{moving} against {fixed}"),
+                    Cell(f"{problem}, {cells} cells"),
+                    *errors,
+                    ratio(*errors),
+                ]
+            )
+    columns = ["methods", "problem", "nodes fixed [m]", "nodes moving [m]", "fixed over moving"]
+    page.add(
+        Table("gain", "What moving nodes gain at large strain", columns, rows, numeric=(2, 3, 4))
+    )
+    return page
+
+
+def quadrature_chapter(campaigns: Campaigns) -> Chapter:
+    """Particles per cell and where they start."""
+    page = Chapter("quadrature", "Beyond the paper: particles as quadrature points")
+    page.statement = "The paper: insufficient accuracy of the numerical integration limits MPM."
+    names = [name for name in METHODS if name != "MPM-maxent"]
+    figure, axes = panels(len(names), 3, height=1.5)
+    rows, files = [], []
+    for axis, name in zip(axes, names, strict=True):
+        for layout, line in (("midpoint", "-"), ("gauss", "--")):
+            match = method(name, problem__particle_layout=layout)
+            errors = [
+                cell(campaigns, "quadrature", ERROR, particles_per_cell=n, **match)
+                for n in PARTICLES
+            ]
+            known = [
+                (n, e.value)
+                for n, e in zip(PARTICLES, errors, strict=True)
+                if isinstance(e.value, float)
+            ]
+            if not known:
+                raise MissingRuns(f"quadrature: no run of {name} with {layout} points has finished")
+            look = style.line(METHODS[name]["method"], METHODS[name]["basis"]) | {"linestyle": line}
+            look["markerfacecolor"] = look["color"] if layout == "midpoint" else "white"
+            axis.loglog(*zip(*known, strict=True), label=layout, **look)
+            rows.append([Cell(name), Cell(layout), *errors])
+            files += [file for e in errors for file in e.files]
+        axis.set_title(name, pad=3)
+        axis.set_xticks(PARTICLES, [str(n) for n in PARTICLES])
+        axis.minorticks_off()
+    axes[0].legend()
+    figure.supxlabel("particles per cell", size=8)
+    figure.supylabel("RMS displacement error [m]", size=8)
+    caption = "Bar with fixed ends, 16 cells, time step 2e-6 s: midpoints of equal sub-cells and Gauss points."
+    page.draw("particles", "Error by number and place of particles", caption, figure, files)
+    columns = ["method", "layout", *(f"{n} per cell" for n in PARTICLES)]
+    page.add(
+        Table("particles", "RMS displacement error [m]", columns, rows, numeric=tuple(range(2, 10)))
+    )
+    page.convergence(campaigns["quadrature_plate"], (ERROR,), prefix="plate_", where="plate")
+    return page
+
+
+def degrees_chapter(campaigns: Campaigns) -> Chapter:
+    """B-splines of degree 1 to 3."""
+    page = Chapter("degrees", "Beyond the paper: B-splines of degree 1, 2 and 3")
+    page.convergence(campaigns["degrees"], (ERROR, STRESS))
+    for layout, where in (("midpoint", "midpoints of sub-cells"), ("gauss", "Gauss points")):
+        slopes = []
+        for degree in (1, 2, 3):
+            match: dict[str, Any] = {
+                "method": "unified",
+                "basis__degree": degree,
+                "problem__particle_layout": layout,
+            }
+            slopes.append(float(np.mean(Runs(campaigns).order("degrees", ERROR, **match).local)))
+        words = ", ".join(f"{slope:.2f}" for slope in slopes)
+        page.notes.append(
+            f"With particles at {where} the mean slopes of the unified method are {words}."
+        )
+    return page
+
+
+def amplitude_chapter(campaigns: Campaigns) -> Chapter:
+    """The floor of updated-Lagrangian linear MPM before any particle leaves its cell."""
+    page = Chapter("amplitude_floor", "Beyond the paper: a floor of MPM-P1 without grid crossing")
+    page.statement = "The paper: MPM-P1 suffers from grid-crossing errors that result in a loss of the convergence."
+    figure, axes = single()
+    rows, files = [], []
+    for name in ("mpm", "otm"):
+        for k, amplitude in enumerate(AMPLITUDES):
+            match = {"method": name, "problem__velocity_amplitude": amplitude}
+            errors = [
+                cell(campaigns, "amplitude_floor", ERROR, resolution=n, **match)
+                for n in FLOOR_CELLS
+            ]
+            crossings = cell(
+                campaigns,
+                "amplitude_floor",
+                "n_cell_crossings",
+                resolution=FLOOR_CELLS[-1],
+                **match,
+            )
+            known = [
+                (n, e.value)
+                for n, e in zip(FLOOR_CELLS, errors, strict=True)
+                if isinstance(e.value, float)
+            ]
+            if not known:
+                raise MissingRuns(
+                    f"amplitude_floor: no run of {name} with {amplitude:g} m/s has finished"
+                )
+            label = f"{name.upper()}, {amplitude:g} m/s"
+            axes.loglog(*zip(*known, strict=True), label=label, **style.line(name, "linear", k))
+            rows.append([Cell(name.upper()), Cell(amplitude), *errors, crossings])
+            files += [file for e in errors for file in e.files]
+    axes.set_xticks(FLOOR_CELLS, [str(n) for n in FLOOR_CELLS])
+    axes.minorticks_off()
+    axes.set_xlabel("cells along the reference length")
+    axes.set_ylabel("RMS displacement error [m]")
+    axes.legend(fontsize=6)
+    caption = "Linear functions, consistent mass, t = 0.02 s, time step 2e-6 s; one curve for each velocity amplitude."
+    page.draw("floor", "Errors of linear MPM and OTM by amplitude", caption, figure, files)
+    columns = [
+        "method",
+        "amplitude [m/s]",
+        *(f"{n} cells" for n in FLOOR_CELLS),
+        f"crossings, {FLOOR_CELLS[-1]} cells",
+    ]
+    page.add(
+        Table("errors", "RMS displacement error [m]", columns, rows, numeric=tuple(range(1, 7)))
+    )
+    page.notes.append(floor_sentence(campaigns))
+    return page
+
+
+def floor_growth(campaigns: Campaigns) -> tuple[float, float, float]:
+    """Exponent of the amplitude in the floor of MPM, last slope of MPM and of OTM at the largest amplitude."""
+    found = []
+    for name in ("mpm", "otm"):
+        campaign = subset(campaigns["amplitude_floor"], method=name, status="ok")
+        table = campaign.runs.assign(
+            v=campaign.settings["problem.velocity_amplitude"].astype(float)
+        )
+        errors = table.pivot_table(index="resolution", columns="v", values=ERROR)
+        found.append(errors.reindex(index=FLOOR_CELLS, columns=AMPLITUDES).to_numpy())
+    if not np.isfinite(found).all():
+        raise MissingRuns("amplitude_floor: a run is missing")
+    of_mpm, of_otm = (_slope(errors[-2, -1], errors[-1, -1]) for errors in found)
+    return _slope(found[0][-1, -1], found[0][-1, -2]), of_mpm, of_otm
+
+
+def _slope(coarse: float, fine: float) -> float:
+    """Exponent of a factor of two."""
+    return math.log2(coarse / fine)
+
+
+def floor_sentence(campaigns: Campaigns) -> str:
+    """What the table says."""
+    exponent, of_mpm, of_otm = floor_growth(campaigns)
+    return (
+        f"From {FLOOR_CELLS[-2]} to {FLOOR_CELLS[-1]} cells the slope of MPM at {AMPLITUDES[-1]:g} m/s is "
+        f"{of_mpm:.2f}, that of OTM {of_otm:.2f}; the error of MPM on the finest grid grows with the amplitude to "
+        f"the power {exponent:.2f}."
+    )

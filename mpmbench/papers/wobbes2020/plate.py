@@ -1,0 +1,148 @@
+"""Fig. 9: the plate in axis-aligned motion, and its convergence, which the paper does not show."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from mpmbench.papers.kit import Campaigns, Chapter, cell, study_of
+from mpmbench.papers.wobbes2020.support import (
+    ERROR,
+    RELATIVE,
+    RELATIVE_STRESS,
+    STRESS,
+    derived,
+    exact_line,
+    fields,
+    method,
+    panels,
+    scatter,
+)
+from mpmbench.report import figures, tables
+from mpmbench.report.tables import Cell, Table
+
+ROW = 0.07  # height of the row of particles that Fig. 9 shows [m]
+SHOWN: dict[str, dict[str, Any]] = {
+    "MPM-P1": method("MPM-P1"),
+    "OTM-P1": method("OTM-P1"),
+    "MPM-maxent": method("MPM-maxent", basis__d_max=2.0),
+    "OTM-maxent": method("OTM-maxent"),
+    "BSMPM": method("BSMPM"),
+    "unified": method("unified"),
+}
+WIDE = {
+    "MPM-maxent, supports of 3, lumped": method("MPM-maxent", basis__d_max=3.0)
+    | {"mass": "lumped"},
+    "MPM-maxent, supports of 3, consistent": method("MPM-maxent", basis__d_max=3.0),
+}
+
+
+def fig9_chapter(campaigns: Campaigns) -> Chapter:
+    """Stress along a row of particles."""
+    page = Chapter(
+        "fig9",
+        "Fig. 9: stress in the plate in axis-aligned motion",
+        "The paper: with piecewise-linear functions the stress is piecewise constant, and in MPM it deviates by grid "
+        "crossing. Max-ent functions (supports of 3 node spacings with MPM, of 2 with OTM) are considerably more "
+        "accurate; the unified approach and BSMPM are smoother still and in close agreement with the analytical "
+        "solution.",
+    )
+    figure, axes = panels(len(SHOWN), 3, height=1.4)
+    files = []
+    for axis, (name, match) in zip(axes, SHOWN.items(), strict=True):
+        file, found = fields(
+            campaigns, "fig9", "position", "position_initial", "stress", "stress_exact", **match
+        )
+        height = found["position_initial"][:, 1]
+        row = np.isclose(height, height[np.argmin(np.abs(height - ROW))])
+        order = np.flatnonzero(row)[np.argsort(found["position"][row, 0])]
+        x = found["position"][order, 0]
+        exact_line(axis, x, 1e-3 * found["stress_exact"][order, 0, 0])
+        scatter(axis, x, 1e-3 * found["stress"][order, 0, 0], name)
+        axis.set_title(name, pad=3)
+        files.append(file)
+    figure.supxlabel("position $x_1$ [m]", size=8)
+    figure.supylabel(r"stress $\sigma_{11}$ [kPa]", size=8)
+    caption = (
+        f"Particles that started nearest to x2 = {ROW} m, on 33 x 33 nodes; black: exact solution. Supports of max-ent "
+        "functions are 2 node spacings; 3 with MPM, as in the paper, are in the table."
+    )
+    page.draw("stress", "Normal stress along the plate", caption, figure, files)
+    rows = []
+    for name, match in {**SHOWN, **WIDE}.items():
+        found_cells = [
+            cell(campaigns, "fig9", q, **match) for q in (ERROR, RELATIVE, STRESS, RELATIVE_STRESS)
+        ]
+        rows.append([Cell(name), *found_cells, first_component(campaigns, match)])
+    columns = [
+        "method",
+        "RMS displacement error [m]",
+        "relative",
+        "RMS stress error [Pa]",
+        "relative",
+    ]
+    columns.append("relative, first component alone")
+    page.add(Table("errors", "Errors on 33 x 33 nodes", columns, rows, numeric=tuple(range(1, 6))))
+    return page
+
+
+def first_component(campaigns: Campaigns, match: dict[str, Any]) -> Cell:
+    """Relative RMS error of sigma_11, where the norm of the table takes all components in the plane."""
+    whole = cell(campaigns, "fig9", RELATIVE_STRESS, **match)
+    if not isinstance(whole.value, float):
+        return Cell()
+    file, found = fields(campaigns, "fig9", "stress", "stress_exact", **match)
+    wrong, exact = (
+        (found["stress"] - found["stress_exact"])[:, 0, 0],
+        found["stress_exact"][:, 0, 0],
+    )
+    return derived(float(np.sqrt(np.mean(wrong**2) / np.mean(exact**2))), file)
+
+
+def plate_orders_chapter(campaigns: Campaigns) -> Chapter:
+    """Convergence on the plate."""
+    page = Chapter("plate_orders", "Fig. 9, continued: convergence on the plate")
+    page.statement = "The paper shows one resolution."
+    page.convergence(campaigns["plate_orders"], (ERROR, STRESS))
+    page.notes.append(
+        "The chapter on particles as quadrature points shows what the 4 x 4 midpoints in each cell cost."
+    )
+    large = campaigns["time_step_plate"]
+    study = study_of(large)
+    table = tables.errors(study, ERROR)
+    if table is not None:
+        title = "RMS displacement error [m] on 65 x 65 nodes with the time step of 33 x 33 nodes, 1e-4 s"
+        rows = list(table.rows)
+        rows += [
+            [Cell(one.label), *_ends(one)] for one in study.series if not len(one.finite(ERROR))
+        ]
+        page.add(dataclasses.replace(table, name="large_step", title=title, rows=rows))
+    return page
+
+
+def _ends(one: Any) -> list[Cell]:
+    """How the runs of a curve without results ended."""
+    return [
+        Cell(str(row.status).replace("_", " "), (str(file),)) for file, row in one.runs.iterrows()
+    ]
+
+
+def work_chapter(campaigns: Campaigns) -> Chapter:
+    """Error against time for all benchmarks."""
+    page = Chapter("work", "Beyond the paper: error against time")
+    titles = {
+        "fig6": "bar with fixed ends",
+        "fig8": "bar with dynamic traction",
+        "plate_orders": "plate in axis-aligned motion",
+    }
+    for name, title in titles.items():
+        study = study_of(campaigns[name])
+        drawn = figures.work_precision(study, ERROR)
+        if drawn is None:
+            continue
+        figure, exclusive = drawn
+        caption = "Solver time without compiling, local search." + (
+            "" if exclusive else " The machine was shared."
+        )
+        page.draw(name, f"Work and precision: {title}", caption, figure, study.runs.index)
+    return page

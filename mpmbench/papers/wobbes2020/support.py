@@ -1,0 +1,92 @@
+"""What the chapters and claims on Wobbes et al. 2020 share: the paper's methods by name, and a few short cuts."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mpmbench.papers.kit import Campaigns, variables
+from mpmbench.report import style
+from mpmbench.report.tables import Cell
+
+ERROR, STRESS, TIME = "error_displacement_rms", "error_stress_rms", "solver_time"
+RELATIVE, RELATIVE_STRESS = "error_displacement_relative", "error_stress_relative"
+
+# The paper's names and what they are here.
+METHODS: dict[str, dict[str, Any]] = {
+    "MPM-P1": {"method": "mpm", "basis": "linear"},
+    "OTM-P1": {"method": "otm", "basis": "linear"},
+    "MPM-maxent": {"method": "mpm", "basis": "maxent"},
+    "OTM-maxent": {"method": "otm", "basis": "maxent"},
+    "BSMPM": {"method": "mpm", "basis": "bspline"},
+    "unified": {"method": "unified", "basis": "bspline"},
+}
+MASS = {"MPM-P1": "lumped"}  # all others consistent
+MOST_POINTS = 400
+MOVING = ("OTM-P1", "OTM-maxent", "unified")
+
+
+def method(name: str, **more: Any) -> dict[str, Any]:
+    """What a run of one of the paper's methods must match, its mass included."""
+    return METHODS[name] | {"mass": MASS.get(name, "consistent")} | more
+
+
+def fields(
+    campaigns: Campaigns, campaign: str, *wanted: str, **match: Any
+) -> tuple[str, dict[str, np.ndarray]]:
+    """As `variables`, of those with several snapshots the last."""
+    file, found = variables(campaigns, campaign, *wanted, **match)
+    return file, {
+        name: value if name == "position_initial" else value[-1] for name, value in found.items()
+    }
+
+
+def derived(value: float | str, *files: str) -> Cell:
+    """A cell computed from the fields of some files."""
+    return Cell(value, tuple(dict.fromkeys(files)))
+
+
+def ratio(above: Cell, below: Cell) -> Cell:
+    """Quotient of two cells, empty unless both are numbers."""
+    known = isinstance(above.value, float) and isinstance(below.value, float) and below.value > 0
+    return Cell(above.value / below.value, above.files + below.files) if known else Cell()
+
+
+def panels(
+    count: int, columns: int, height: float = 1.5, sharey: bool = True
+) -> tuple[Figure, list[Axes]]:
+    """A figure two columns wide with panels that share their axes."""
+    rows = -(-count // columns)
+    figure = Figure(figsize=(2 * style.COLUMN, 0.35 + height * rows), layout="constrained")
+    grid = figure.subplots(rows, columns, sharex=True, sharey=sharey, squeeze=False)
+    flat = list(grid.ravel())
+    for empty in flat[count:]:
+        empty.remove()
+    return figure, flat[:count]
+
+
+def single(height: float = 2.6, width: float = style.COLUMN) -> tuple[Figure, Axes]:
+    """A figure with one panel."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    return figure, figure.add_subplot()
+
+
+def exact_line(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
+    """The exact solution in black, with no more points than can be seen."""
+    order = np.argsort(x)[:: max(1, len(x) // MOST_POINTS)]
+    axes.plot(x[order], y[order], label="exact", **style.EXACT)
+
+
+def scatter(axes: Axes, x: np.ndarray, y: np.ndarray, name: str, size: float = 2.0) -> None:
+    """Particles in the colour of their method."""
+    axes.plot(
+        x,
+        y,
+        linestyle="none",
+        marker=".",
+        ms=size,
+        mew=0,
+        rasterized=True,
+        color=style.colour(METHODS[name]["method"]),
+    )

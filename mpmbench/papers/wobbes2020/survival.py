@@ -1,0 +1,204 @@
+"""Which runs survive: near-empty cells in Sect. 8.2, and the stability limit of the time step."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.colors import BoundaryNorm
+
+from mpmbench.papers.kit import Campaigns, Chapter, MissingRuns, cell
+from mpmbench.papers.wobbes2020 import spectra
+from mpmbench.papers.wobbes2020.support import ERROR, METHODS, single
+from mpmbench.report.records import Campaign
+from mpmbench.report.series import series_name
+from mpmbench.report.tables import Cell, Table
+
+NODES = {79: "81 functions", 80: "81 knots", 83: "85 functions", 84: "85 knots", 85: "as in Fig. 7"}
+SIGNS = {-1.0: "compressed first", 1.0: "stretched first"}
+LAYOUTS = {"midpoint": "uniform over the bar", "aligned": "in the grid's cells"}
+CUTOFFS = (0.0, 1e-8, 1e-6, 1e-4)
+DEGREES = {
+    "linear": 1,
+    "bspline": 2,
+    "maxent": 3,
+}  # max-ent functions are cubic splines away from the ends
+WAVE_SPEED = float(np.sqrt(4000.0))  # of the bar with fixed ends [m/s]
+
+
+def breakdown_chapter(campaigns: Campaigns) -> Chapter:
+    """The map of survival."""
+    page = Chapter(
+        "breakdown",
+        "Sect. 8.2: break-down with consistent mass",
+        "The paper: when a material point enters an empty element, BSMPM inherits stability issues from MPM: changing "
+        "the total number of nodes to 81 results in a termination after 0.3 s. The unified method stays stable.",
+    )
+    rows, times = [], []
+    for name in ("BSMPM", "MPM-maxent", "unified"):
+        for sign, motion in SIGNS.items():
+            for layout, place in LAYOUTS.items():
+                line = [_end(campaigns, name, sign, layout, cells) for cells in NODES]
+                rows.append([Cell(name), Cell(motion), Cell(place), *line])
+                times.append(
+                    [value.value if isinstance(value.value, float) else np.nan for value in line]
+                )
+    figure, axes = single(height=3.4, width=6.4)
+    levels = BoundaryNorm([0.2, 0.25, 0.3, 0.35, 0.4], 256)
+    shades = np.array(times)
+    drawn = axes.imshow(np.ma.masked_invalid(shades), cmap="YlOrRd_r", norm=levels, aspect="auto")
+    for y, x in np.ndindex(shades.shape):
+        text = f"{shades[y, x]:.3f} s" if np.isfinite(shades[y, x]) else "survives"
+        axes.text(
+            x,
+            y,
+            text,
+            ha="center",
+            va="center",
+            size=6.5,
+            color="white" if shades[y, x] < 0.25 else "black",
+        )
+    axes.set_xticks(
+        range(len(NODES)), [f"{cells} cells\n({what})" for cells, what in NODES.items()]
+    )
+    axes.set_yticks(
+        range(len(rows)), [f"{r[0].text}, {r[1].text}, {r[2].text}" for r in rows], size=6.5
+    )
+    axes.grid(False)
+    axes.tick_params(length=0)
+    figure.colorbar(drawn, ax=axes, label="time of break-down [s]", pad=0.01)
+    caption = "Time at which a run ends; all of them should reach 0.4 s. Cells are those of the grid on 1.25 m."
+    page.draw("map", "Map of survival", caption, figure, campaigns["breakdown"].runs.index)
+    columns = [
+        "method",
+        "traction",
+        "particles",
+        *(f"{cells} cells, {what}" for cells, what in NODES.items()),
+    ]
+    title = "Time of break-down [s]; empty: survives until 0.4 s"
+    page.add(Table("times", title, columns, rows, numeric=tuple(range(3, 8))))
+    page.add(_cutoffs(campaigns))
+    page.notes.append(
+        "When the last active function is seen by one particle near the edge of its support, its mass goes with the "
+        "fourth power of the distance from there. The second table leaves out degrees of freedom with too little "
+        "mass: how little is a matter of stability and of accuracy. The unified method has no empty cells."
+    )
+    return page
+
+
+def _end(campaigns: Campaigns, name: str, sign: float, layout: str, cells: int) -> Cell:
+    """Time at which a run broke down; empty when it survived, its files attached in both cases."""
+    match = {
+        "problem__traction_amplitude": sign,
+        "problem__particle_layout": layout,
+        "problem__domain_cells": cells,
+    }
+    ended = cell(campaigns, "breakdown", ERROR, **METHODS[name], **match)
+    if not ended.files:
+        raise MissingRuns(f"breakdown: no run of {name} on {cells} cells")
+    if isinstance(ended.value, float):
+        return Cell("", ended.files)
+    return Cell(_time_reached(campaigns["breakdown"], ended.files[0]), ended.files)
+
+
+def _time_reached(campaign: Campaign, file: str) -> float:
+    return float(campaign.runs.loc[[file], "time_reached"].to_numpy()[0])
+
+
+def _cutoffs(campaigns: Campaigns) -> Table:
+    """Displacement error of BSMPM by cut-off, or the time of break-down."""
+    rows = []
+    for sign, motion in SIGNS.items():
+        for cells, what in NODES.items():
+            row = [Cell(motion), Cell(f"{cells} cells, {what}")]
+            for cutoff in CUTOFFS:
+                match = {"problem__traction_amplitude": sign, "problem__domain_cells": cells}
+                found = cell(campaigns, "cutoff", ERROR, method__mass_cutoff=cutoff, **match)
+                if not isinstance(found.value, float) and found.files:
+                    found = Cell(
+                        f"ends at {_time_reached(campaigns['cutoff'], found.files[0]):.3f} s",
+                        found.files,
+                    )
+                row.append(found)
+            rows.append(row)
+    columns = ["traction", "grid", *(f"cut-off {cutoff:g}" for cutoff in CUTOFFS)]
+    title = "BSMPM: RMS displacement error [m] by the smallest mass kept, in particle masses"
+    return Table("cutoffs", title, columns, rows, numeric=tuple(range(2, 6)))
+
+
+def time_step_chapter(campaigns: Campaigns) -> Chapter:
+    """Error of the time step, and stability limits found by bisection."""
+    page = Chapter("time_step", "Beyond the paper: the time step")
+    page.convergence(campaigns["time_step"], (ERROR,))
+    table = stability_table(campaigns["stability"])
+    page.add(table)
+    page.notes += stability_sentences(table)
+    return page
+
+
+def stability_table(campaign: Campaign) -> Table:
+    """Largest stable and smallest unstable step of each method against two theoretical limits."""
+    rows = []
+    for (label, mass), runs in brackets(campaign).items():
+        survived, failed = runs[runs.status == "ok"], runs[runs.status != "ok"]
+        high = failed.nsmallest(1, "cfl")
+        low = survived[survived.cfl < (high.cfl.iloc[0] if len(high) else np.inf)].nlargest(
+            1, "cfl"
+        )
+        if not len(survived):
+            raise MissingRuns(f"stability: no run of {label} with {mass} mass has finished")
+        limit = (
+            float((survived.time_step / survived.cfl).median())
+            * WAVE_SPEED
+            * float(runs.resolution.iloc[0])
+        )
+        files = (*map(str, low.index), *map(str, high.index))
+        ends = [
+            limit * (float(end.cfl.iloc[0]) if len(end) else float("nan")) for end in (low, high)
+        ]
+        middle = 0.5 * sum(ends)
+        basis, transfer = (
+            str(runs.basis.iloc[0]),
+            campaign.settings.loc[runs.index[0], "method.transfer"],
+        )
+        theory = spectra.largest_step(DEGREES[basis], mass, str(transfer))
+        discrete = Cell(limit, tuple(map(str, survived.index[:1])))
+        found = [Cell(ends[0], files[:1]), Cell(ends[1], files[-1:])]
+        against = [Cell(middle / limit, files), Cell(middle / theory, files)]
+        rows.append([Cell(label), Cell(mass), discrete, Cell(theory), *found, *against])
+    columns = ["method", "mass", "discrete system", "infinite grid", "stable", "unstable"]
+    columns += ["found over discrete system", "found over infinite grid"]
+    note = (
+        "Steps times c/h. Discrete system: 2 over its highest frequency, boundaries included, as `time_step=auto` "
+        "takes it. Infinite grid: von Neumann analysis of the whole step, with the projection of the velocity that "
+        "lumping brings; the open ends of splines and few particles shift the limits."
+    )
+    return Table(
+        "stability",
+        "Stability limits by bisection, 16 cells",
+        columns,
+        rows,
+        note,
+        tuple(range(2, 8)),
+    )
+
+
+def stability_sentences(table: Table) -> list[str]:
+    """Ranges of the ratios, for each mass."""
+    notes = []
+    for mass in ("consistent", "lumped"):
+        rows = [row for row in table.rows if row[1].value == mass]
+        discrete, infinite = (
+            [float(row[k].value) for row in rows if np.isfinite(row[k].value)] for k in (6, 7)
+        )
+        if discrete:
+            notes.append(
+                f"With {mass} mass the limits found are {min(discrete):.3f} to {max(discrete):.3f} times those of the "
+                f"discrete system and {min(infinite):.3f} to {max(infinite):.3f} times those on an infinite grid."
+            )
+    return notes
+
+
+def brackets(campaign: Campaign) -> dict[tuple[str, str], pd.DataFrame]:
+    """Runs of the bisection by method and mass, with their ``cfl``."""
+    runs = campaign.runs.assign(cfl=pd.to_numeric(campaign.settings["cfl"]))
+    labels = [series_name(name, basis) for name, basis in zip(runs.method, runs.basis, strict=True)]
+    groups = runs.assign(label=labels).groupby(["label", "mass"], sort=True)
+    return {(str(key[0]), str(key[1])): group for key, group in groups}

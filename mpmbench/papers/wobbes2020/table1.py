@@ -1,0 +1,131 @@
+"""Table 1: computational times, normalised by those of linear MPM."""
+
+from typing import Any
+
+import numpy as np
+
+from mpmbench.papers.kit import Campaigns, Chapter, subset
+from mpmbench.papers.wobbes2020.support import METHODS, TIME, method, single
+from mpmbench.report import figures, style
+from mpmbench.report.records import Campaign, open_result
+from mpmbench.report.tables import Cell, Table
+
+CELLS = {31: "32 nodes", 511: "512 nodes"}
+PAPER = {
+    31: {"OTM-P1": 1.48, "MPM-maxent": 0.98, "OTM-maxent": 1.55, "BSMPM": 1.32, "unified": 1.78},
+    511: {"OTM-P1": 1.19, "MPM-maxent": 2.31, "OTM-maxent": 2.50, "BSMPM": 1.04, "unified": 1.12},
+}
+
+
+def ratios(
+    campaign: Campaign, name: str, cells: int, search: str = "local"
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Solver time of a method over that of linear MPM, one value for each repeat, and the files.
+
+    The methods take turns with their repeats, so the two times of a quotient were measured soon
+    after each other.
+    """
+    more = {"basis__search": search} if METHODS[name]["basis"] == "maxent" else {}
+    file, times = _times(campaign, method(name), cells, more)
+    base, base_times = _times(campaign, method("MPM-P1"), cells, {})
+    repeats = min(len(times), len(base_times))
+    return np.array(times[:repeats]) / np.array(base_times[:repeats]), (file, base)
+
+
+def _times(
+    campaign: Campaign, match: dict[str, Any], cells: int, more: dict[str, str]
+) -> tuple[str, list[float]]:
+    """File and solver times of all repeats of one run [s].
+
+    Raises
+    ------
+    MissingRuns
+        When there is no such run, or it shared the machine with others.
+    """
+    found = subset(
+        campaign, **match, resolution=cells, status="ok", timing_context="exclusive", **more
+    ).runs
+    file = str(found.index[0])
+    with open_result(campaign.folder / file) as dataset:
+        times = np.atleast_1d(dataset.attrs.get("solver_times", found[TIME].to_numpy()[:1]))
+    return file, [float(time) for time in times]
+
+
+def table1_chapter(campaigns: Campaigns) -> Chapter:
+    """The paper's table beside ours."""
+    campaign = campaigns["table1"]
+    page = Chapter(
+        "table1",
+        "Table 1: computational times",
+        "The paper: on the coarse grid the methods based on MPM are faster than those based on OTM; on the fine one "
+        "the functions decide, and B-splines need less than half the time of max-ent functions. The max-ent "
+        "computations were made without a search algorithm.",
+    )
+    rows = []
+    figure, axes = single(height=2.5, width=1.5 * style.COLUMN)
+    for k, name in enumerate(PAPER[31]):
+        searches = ("local", "all") if METHODS[name]["basis"] == "maxent" else ("local",)
+        for search in searches:
+            label = name + (", search among all nodes" if search == "all" else "")
+            row = [Cell(label)]
+            for panel, cells in enumerate(CELLS):
+                paper = PAPER[cells][name] if search == searches[-1] else float("nan")
+                found, files = ratios(campaign, name, cells, search)
+                middle, low, high = float(np.median(found)), float(found.min()), float(found.max())
+                row += [Cell(paper), Cell(middle, files), Cell(f"{low:.2f} to {high:.2f}", files)]
+                y = k + (0.2 if panel else -0.2) + (0.12 if search == "all" else 0.0)
+                colour = style.colour(METHODS[name]["method"])
+                look: dict[str, Any] = {
+                    "marker": "os"[panel],
+                    "color": colour,
+                    "markerfacecolor": "white" if search == "all" else colour,
+                }
+                axes.errorbar(
+                    middle, y, xerr=[[middle - low], [high - middle]], capsize=2, lw=1, **look
+                )
+                if np.isfinite(paper):
+                    axes.plot(paper, y, marker="x", color="black", ms=4)
+            rows.append(row)
+    axes.set_xscale("log")
+    axes.set_yticks(range(len(PAPER[31])), list(PAPER[31]))
+    axes.invert_yaxis()
+    figures.log_ticks(axes.xaxis, span=100.0)
+    axes.set_xlabel("solver time over that of MPM-P1")
+    files = tuple(campaign.runs.index)
+    caption = (
+        "Circles: 32 nodes, squares: 512 nodes; filled: search among near nodes, white: among all nodes; bars: "
+        "smallest and largest repeat; crosses: the paper."
+    )
+    page.draw("ratios", "Times over those of linear MPM", caption, figure, files)
+    columns = ["method"]
+    for nodes in CELLS.values():
+        columns += [f"{nodes}: paper", "here", "range"]
+    note = (
+        "Medians over repeats that take turns, and the smallest and largest quotient; compiling is not counted. "
+        "Absolute times of MPM-P1 are in the next table."
+    )
+    page.add(
+        Table("ratios", "Solver time over that of MPM-P1", columns, rows, note, tuple(range(1, 7)))
+    )
+    page.add(_seconds(campaign))
+    return page
+
+
+def _seconds(campaign: Campaign) -> Table:
+    """Medians in seconds, per step and particle."""
+    rows = []
+    for name in METHODS:
+        for search in ("local", "all") if METHODS[name]["basis"] == "maxent" else ("local",):
+            row = [Cell(name + (", search among all nodes" if search == "all" else ""))]
+            for cells in CELLS:
+                more = {"basis__search": search} if METHODS[name]["basis"] == "maxent" else {}
+                runs = subset(campaign, **method(name), resolution=cells, status="ok", **more).runs
+                files = tuple(map(str, runs.index))
+                work = float((runs.steps * runs.n_particles).median())
+                seconds = float(runs[TIME].median())
+                row += [Cell(seconds, files), Cell(1e9 * seconds / work, files)]
+            rows.append(row)
+    columns = ["method"]
+    for nodes in CELLS.values():
+        columns += [f"{nodes} [s]", "per particle and step [ns]"]
+    return Table("seconds", "Solver time", columns, rows, numeric=(1, 2, 3, 4))
