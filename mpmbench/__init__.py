@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mpmbench.runs.campaign import open_campaign
+    from mpmbench.results.campaign import open_campaign
 
 __version__ = "0.1.0"
 __all__ = ["__version__", "open_campaign"]
@@ -12,7 +12,7 @@ __all__ = ["__version__", "open_campaign"]
 def __getattr__(name: str) -> Any:
     """Import `open_campaign` only when it is asked for: the command line must start without xarray."""
     if name == "open_campaign":
-        from mpmbench.runs.campaign import open_campaign
+        from mpmbench.results.campaign import open_campaign
 
         return open_campaign
     raise AttributeError(f"module 'mpmbench' has no attribute '{name}'")

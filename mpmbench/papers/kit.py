@@ -14,10 +14,10 @@ from matplotlib.figure import Figure
 
 from mpmbench.report import figures, tables
 from mpmbench.report.claims import Claim, MissingRuns, Runs
-from mpmbench.report.records import Campaign, read_campaign
 from mpmbench.report.series import Study, order_of, studies
 from mpmbench.report.tables import Cell, Table
-from mpmbench.runs import stamp
+from mpmbench.results import completion
+from mpmbench.results.records import Campaign, read_campaign
 
 ERRORS = ("error_displacement_rms", "error_stress_rms")
 NOT_PAPERS = ("page", "kit")
@@ -218,7 +218,7 @@ def read_campaigns(folder: Path) -> Campaigns:
 
 def _complete(campaign: Campaign) -> Campaign:
     """A campaign without files that its experiment no longer has, where that is known."""
-    listed = stamp.read(campaign.folder).get("files")
+    listed = completion.read(campaign.folder).get("files")
     if listed is None:
         return campaign
     keep = campaign.runs.index.isin(list(listed))

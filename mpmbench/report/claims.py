@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 
 from mpmbench.analysis.convergence import OrderEstimate, estimate_order, order_with_interval
-from mpmbench.report.records import Campaign
 from mpmbench.report.tables import Cell, Table
+from mpmbench.results.records import Campaign
 
 HOLDS, FAILS, UNDECIDED = "holds", "does not hold", "undecided"
 Match = Mapping[str, Any]

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 
 from mpmbench.analysis.convergence import INTERVAL_MEANING, OrderEstimate
 from mpmbench.report import atlas, figures, profiles, style, tables
-from mpmbench.report.records import Campaign, read_campaign
 from mpmbench.report.series import Study, further_studies, order_of, studies
 from mpmbench.report.tables import Table
+from mpmbench.results.records import Campaign, read_campaign
 
 ERRORS = ("error_displacement_rms", "error_stress_rms")
 FORMATS: dict[str, dict[str, Any]] = {

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 
 from mpmbench.analysis.convergence import OrderEstimate, estimate_order
-from mpmbench.report.records import Campaign
 from mpmbench.report.style import BASIS_MARKERS, METHOD_COLOURS
+from mpmbench.results.records import Campaign
 
 PREFERRED_AXES = ("resolution", "time_step", "particles_per_cell")
 UNITS = {

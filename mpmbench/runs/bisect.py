@@ -15,8 +15,8 @@ from typing import Any
 
 import yaml
 
-from mpmbench.runs.identity import NOT_PART_OF_A_RUN
-from mpmbench.runs.result import read_attributes
+from mpmbench.results.file import read_attributes
+from mpmbench.results.identity import NOT_PART_OF_A_RUN
 from mpmbench.runs.schema import GROUPS, read_yaml
 from mpmbench.runs.settings import dotted
 

@@ -14,9 +14,9 @@ import pandas as pd
 from scipy.stats import mannwhitneyu
 
 from mpmbench.analysis.convergence import OrderEstimate, order_with_interval
-from mpmbench.report.records import Campaign, read_campaign
 from mpmbench.report.series import order_of, series_name, studies
-from mpmbench.runs.result import read_attributes
+from mpmbench.results.file import read_attributes
+from mpmbench.results.records import Campaign, read_campaign
 from mpmbench.runs.schema import BadInput
 
 SLOWER, LESS_ACCURATE, NEW_FAILURES, NOT_COMPARABLE = 10, 11, 12, 20

@@ -7,7 +7,7 @@ import time
 from collections.abc import MutableMapping
 from pathlib import Path
 
-from mpmbench.runs.identity import sources_hash
+from mpmbench.results.identity import sources_hash
 from mpmbench.runs.schema import PACKAGE
 
 KEEP_DAYS = 30

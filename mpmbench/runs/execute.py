@@ -10,9 +10,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from mpmbench.results.identity import result_path
+from mpmbench.results.provenance import attributes
 from mpmbench.runs import isolation
-from mpmbench.runs.identity import result_path
-from mpmbench.runs.provenance import attributes
 from mpmbench.runs.schema import BadInput
 from mpmbench.runs.turns import turn
 

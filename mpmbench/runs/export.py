@@ -11,10 +11,10 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 import xarray as xr
 
-from mpmbench.runs.campaign import flat_settings
+from mpmbench.results.campaign import flat_settings
+from mpmbench.results.file import read_attributes, read_scalars
 from mpmbench.runs.display import shorten
 from mpmbench.runs.execute import check_folder
-from mpmbench.runs.result import read_attributes, read_scalars
 from mpmbench.runs.schema import BadInput, did_you_mean
 
 FORMATS = ("--vtk", "--csv")

@@ -7,8 +7,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+from mpmbench.results.identity import config_json
 from mpmbench.runs import environment, execute, isolation
-from mpmbench.runs.identity import config_json
 from mpmbench.runs.ledger import LOOK_EVERY
 from mpmbench.runs.schema import GROUPS, PACKAGE, BadInput
 from mpmbench.runs.sweep import Plan

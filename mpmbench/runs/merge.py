@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from mpmbench.results.file import read_attributes, remove_leftovers
 from mpmbench.runs.display import shorten
 from mpmbench.runs.execute import check_folder
-from mpmbench.runs.result import read_attributes, remove_leftovers
 from mpmbench.runs.schema import BadInput
 from mpmbench.runs.sweep import LASTING
 

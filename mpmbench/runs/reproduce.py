@@ -21,7 +21,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mpmbench.runs import bisect, stamp
+from mpmbench.results import completion
+from mpmbench.runs import bisect
 from mpmbench.runs.display import shorten
 from mpmbench.runs.schema import (
     PACKAGE,
@@ -142,7 +143,7 @@ def choose(name: str, output: Path) -> list[Experiment]:
 def is_complete(experiment: Experiment, pairs: list[str]) -> bool:
     """Whether its stamp fits the code, the configuration and the result files that are there now."""
     asks_again = any(pair.startswith("rerun=") and pair != "rerun=missing" for pair in pairs)
-    return not asks_again and stamp.is_valid(experiment.results, inputs(experiment, pairs))
+    return not asks_again and completion.is_valid(experiment.results, inputs(experiment, pairs))
 
 
 def inputs(experiment: Experiment, pairs: list[str]) -> str:
@@ -212,7 +213,7 @@ def run(experiment: Experiment, pairs: list[str]) -> bool:
     for line in bad:
         print(line)
     if not bad:
-        stamp.write(experiment.results, before, names)
+        completion.write(experiment.results, before, names)
     return not bad
 
 
@@ -263,7 +264,7 @@ def sweep(experiment: Experiment, name: str, pairs: list[str], environment: dict
 
 def without_result(experiment: Experiment, names: set[str]) -> Iterable[str]:
     """A line for every run that ended by accident rather than by its method."""
-    from mpmbench.runs.result import read_attributes
+    from mpmbench.results.file import read_attributes
 
     if not names:
         yield f"{experiment.name}: no results"

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from mpmbench.results.file import read_attributes
+from mpmbench.results.identity import code_digests
+from mpmbench.results.provenance import machine
 from mpmbench.runs import execute, isolation
-from mpmbench.runs.identity import code_digests
-from mpmbench.runs.provenance import machine
-from mpmbench.runs.result import read_attributes
 from mpmbench.runs.schema import GROUPS, BadInput, check_types, did_you_mean, options
 from mpmbench.runs.sweep import LASTING
 

@@ -7,6 +7,8 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
+from mpmbench.results.identity import result_path
+from mpmbench.results.provenance import attributes
 from mpmbench.runs import (
     compose,
     display,
@@ -19,9 +21,7 @@ from mpmbench.runs import (
     sweep,
 )
 from mpmbench.runs.guard import guarded
-from mpmbench.runs.identity import result_path
 from mpmbench.runs.ledger import Ledger, follow_owner, opened
-from mpmbench.runs.provenance import attributes
 from mpmbench.runs.schema import BadInput
 from mpmbench.runs.turns import slot
 

@@ -5,9 +5,9 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from mpmbench.results.file import read_attributes
+from mpmbench.results.identity import code_digests, code_hash
 from mpmbench.runs.display import shorten
-from mpmbench.runs.identity import code_digests, code_hash
-from mpmbench.runs.result import read_attributes
 from mpmbench.runs.schema import BadInput
 from mpmbench.runs.sweep import Plan, state_of
 

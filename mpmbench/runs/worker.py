@@ -12,8 +12,9 @@ import numpy as np
 import xarray as xr
 
 from mpmbench.core.errors import BadSetting, NotApplicable
-from mpmbench.runs import case, result
-from mpmbench.runs.provenance import library_versions
+from mpmbench.results import file
+from mpmbench.results.provenance import library_versions
+from mpmbench.runs import case
 from mpmbench.runs.turns import undisturbed_since
 
 LONGEST_REASON = 200  # characters; the file keeps the whole traceback
@@ -47,7 +48,7 @@ def check(
             answer["not_applicable"] = str(error)
         except Exception as error:
             answer["bad"] = f"the check of this configuration failed: {explain(error)}"
-        answer["earlier"] = result.read_attributes(Path(target))
+        answer["earlier"] = file.read_attributes(Path(target))
         answers.append(answer)
     return answers
 
@@ -127,7 +128,7 @@ def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict
     dataset.attrs = {"reason": "", **attributes, **library_versions(), **own}
     unwritten = ""
     try:
-        result.write(dataset, Path(target))
+        file.write(dataset, Path(target))
     except OSError as error:
         unwritten = f"the result could not be written to {target}: {error.strerror or error}"
     scalars = {

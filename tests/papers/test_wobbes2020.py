@@ -26,7 +26,8 @@ from mpmbench.papers import page as paper_page
 from mpmbench.papers.kit import subset
 from mpmbench.papers.wobbes2020 import errata, spectra, survival, table1
 from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, judge
-from mpmbench.runs import bisect, compose, schema, stamp
+from mpmbench.results import completion
+from mpmbench.runs import bisect, compose, schema
 from mpmbench.runs.case import solve
 from tests.core import support
 
@@ -380,5 +381,5 @@ def test_files_of_an_earlier_version_are_left_out(tmp_path, write_run):
     kept = write_run(tmp_path / "bar", "mpm", resolution=8)
     write_run(tmp_path / "bar", "mpm", resolution=8, settings={"basis": {"old_key": 1}})
     assert len(read_campaigns(tmp_path)["bar"].runs) == 2
-    stamp.write(tmp_path / "bar", "inputs", {kept.name})
+    completion.write(tmp_path / "bar", "inputs", {kept.name})
     assert list(read_campaigns(tmp_path)["bar"].runs.index) == [f"bar/{kept.name}"]

@@ -5,8 +5,8 @@ from matplotlib.colors import to_hex
 
 from mpmbench import report
 from mpmbench.report import atlas, style
-from mpmbench.report.records import read_campaign
 from mpmbench.report.series import studies
+from mpmbench.results.records import read_campaign
 
 
 def drawn(folder):

@@ -3,7 +3,7 @@
 import pytest
 
 from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, Runs, claims_table, judge
-from mpmbench.report.records import read_campaign
+from mpmbench.results.records import read_campaign
 
 ERROR = "error_displacement_rms"
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mpmbench.report import figures, profiles, style
-from mpmbench.report.records import read_campaign
 from mpmbench.report.series import order_of, studies
+from mpmbench.results.records import read_campaign
 
 DISPLACEMENT = "error_displacement_rms"
 

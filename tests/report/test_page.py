@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from mpmbench.report import build
-from mpmbench.report.records import read_campaign
 from mpmbench.report.series import studies
 from mpmbench.report.tables import Cell, errors
+from mpmbench.results.records import read_campaign
 
 NAN = float("nan")
 NOTHING_TO_DRAW = {

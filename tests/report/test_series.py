@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mpmbench.report.records import read_campaign
 from mpmbench.report.series import further_studies, order_of, studies
+from mpmbench.results.records import read_campaign
 
 
 def one_study(folder):

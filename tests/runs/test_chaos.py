@@ -17,8 +17,8 @@ import pytest
 import xarray as xr
 
 from mpmbench.report import tables
-from mpmbench.report.records import read_campaign
 from mpmbench.report.series import order_of, studies
+from mpmbench.results.records import read_campaign
 from mpmbench.runs import ledger
 from tests.runs.conftest import start, waited
 from tests.runs.test_failures import computes, pids_of

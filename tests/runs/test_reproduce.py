@@ -7,7 +7,8 @@ import psutil
 import pytest
 
 from mpmbench import report
-from mpmbench.runs import reproduce, stamp
+from mpmbench.results import completion
+from mpmbench.runs import reproduce
 from tests.runs.conftest import PLUGINS, start
 
 EXPERIMENT = """\
@@ -79,13 +80,13 @@ def test_the_stamp_knows_the_experiment_the_settings_and_the_files(folder, study
     assert reproduce.inputs(one, []) == before != reproduce.inputs(one, ["threads=2"])
     result = one.results / "x.nc"
     result.write_text("x")
-    stamp.write(one.results, before, {"x.nc"})
+    completion.write(one.results, before, {"x.nc"})
     assert reproduce.is_complete(one, []) and not reproduce.is_complete(one, ["rerun=all"])
     (one.results / "of_an_earlier_version.nc").write_text("y")
     assert reproduce.is_complete(one, [])
     result.write_text("xx")
     assert not reproduce.is_complete(one, [])
-    stamp.write(one.results, before, {"x.nc"})
+    completion.write(one.results, before, {"x.nc"})
     (study / "one.yaml").write_text(EXPERIMENT + "\n")
     assert not reproduce.is_complete(one, [])
 

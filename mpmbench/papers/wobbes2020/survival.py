@@ -7,9 +7,9 @@ from matplotlib.colors import BoundaryNorm
 from mpmbench.papers.kit import Campaigns, Chapter, MissingRuns, cell
 from mpmbench.papers.wobbes2020 import spectra
 from mpmbench.papers.wobbes2020.support import ERROR, METHODS, single
-from mpmbench.report.records import Campaign
 from mpmbench.report.series import series_name
 from mpmbench.report.tables import Cell, Table
+from mpmbench.results.records import Campaign
 
 NODES = {79: "81 functions", 80: "81 knots", 83: "85 functions", 84: "85 knots", 85: "as in Fig. 7"}
 SIGNS = {-1.0: "compressed first", 1.0: "stretched first"}

@@ -7,8 +7,8 @@ import numpy as np
 from mpmbench.papers.kit import Campaigns, Chapter, subset
 from mpmbench.papers.wobbes2020.support import METHODS, TIME, method, single
 from mpmbench.report import figures, style
-from mpmbench.report.records import Campaign, open_result
 from mpmbench.report.tables import Cell, Table
+from mpmbench.results.records import Campaign, open_result
 
 CELLS = {31: "32 nodes", 511: "512 nodes"}
 PAPER = {

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from mpmbench.runs.identity import NOT_PART_OF_A_RUN
-from mpmbench.runs.result import read_scalars
+from mpmbench.results.file import read_scalars
+from mpmbench.results.identity import NOT_PART_OF_A_RUN
 from mpmbench.runs.schema import GROUPS, BadInput
 from mpmbench.runs.settings import dotted
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench import __version__
-from mpmbench.runs import identity
+from mpmbench.results import identity
 from mpmbench.runs.schema import PACKAGE
 
 SCHEMA_VERSION = 1  # raised when a variable or an attribute of the result file changes its meaning

@@ -1,0 +1,1 @@
+"""What a result is: its file, its identity, where it comes from, and campaigns of them."""
