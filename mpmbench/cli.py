@@ -12,8 +12,8 @@ import time
 from collections.abc import Iterable
 
 from mpmbench import __version__
-from mpmbench.runs.arguments import split
-from mpmbench.runs.schema import GROUPS, BadInput, experiments, options, shipped_folder
+from mpmbench.settings.arguments import split
+from mpmbench.settings.schema import GROUPS, BadInput, experiments, options, shipped_folder
 
 # A new command is one entry: its function takes the remaining arguments, returns the exit code, and
 # is imported on use.

@@ -10,8 +10,8 @@ import xarray as xr
 
 from mpmbench.results.file import read_scalars
 from mpmbench.results.identity import NOT_PART_OF_A_RUN
-from mpmbench.runs.schema import GROUPS, BadInput
-from mpmbench.runs.settings import dotted
+from mpmbench.settings.resolve import dotted
+from mpmbench.settings.schema import GROUPS, BadInput
 
 # In this order, and whenever they vary; any other setting only where these do not tell two runs
 # apart.

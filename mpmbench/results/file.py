@@ -9,7 +9,7 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
-from mpmbench.runs.schema import BadInput
+from mpmbench.settings.schema import BadInput
 
 STATUSES = (
     "ok", "diverged", "broke_down", "not_converged", "timeout", "crashed", "out_of_memory", "interrupted",

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.core.registry import PACKAGES, plugin_files
-from mpmbench.runs.schema import PACKAGE
+from mpmbench.settings.schema import PACKAGE
 
 # What does not change a result, so that changing it makes no finished run worthless.
 NOT_PART_OF_A_RUN = (

@@ -17,8 +17,8 @@ import yaml
 
 from mpmbench.results.file import read_attributes
 from mpmbench.results.identity import NOT_PART_OF_A_RUN
-from mpmbench.runs.schema import GROUPS, read_yaml
-from mpmbench.runs.settings import dotted
+from mpmbench.settings.resolve import dotted
+from mpmbench.settings.schema import GROUPS, read_yaml
 
 DIRECTIVE = re.compile(r"^# reproduce: bisect ([\w.]+) to ([\d.e-]+)$", re.MULTILINE)
 SURVIVED = ("ok",)

@@ -17,7 +17,7 @@ from mpmbench.analysis.convergence import OrderEstimate, order_with_interval
 from mpmbench.report.series import order_of, series_name, studies
 from mpmbench.results.file import read_attributes
 from mpmbench.results.records import Campaign, read_campaign
-from mpmbench.runs.schema import BadInput
+from mpmbench.settings.schema import BadInput
 
 SLOWER, LESS_ACCURATE, NEW_FAILURES, NOT_COMPARABLE = 10, 11, 12, 20
 ACCURACY = 0.01  # relative change of an error that counts

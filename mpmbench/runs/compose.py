@@ -23,9 +23,10 @@ from hydra.plugins.sweeper import Sweeper
 from omegaconf import DictConfig, OmegaConf, open_dict
 from omegaconf.errors import OmegaConfBaseException
 
-from mpmbench.runs import launchers, settings, sweep
+from mpmbench.runs import launchers, sweep
 from mpmbench.runs.quick import Composer
-from mpmbench.runs.schema import (
+from mpmbench.settings import resolve
+from mpmbench.settings.schema import (
     GROUPS,
     BadInput,
     conf_folders,
@@ -196,7 +197,7 @@ def _has(composed: DictConfig, key: str) -> bool:
 def resolved(composed: DictConfig) -> tuple[dict[str, Any], str]:
     """Plain configuration of what Hydra composed, and why it does not apply, if so."""
     task = OmegaConf.masked_copy(composed, [str(key) for key in composed if key != "hydra"])
-    return settings.resolve(task, composed.hydra)
+    return resolve.resolve(task, composed.hydra)
 
 
 def as_sweep(pairs: Sequence[str]) -> list[str]:

@@ -13,8 +13,8 @@ from typing import Any
 from mpmbench.results.identity import result_path
 from mpmbench.results.provenance import attributes
 from mpmbench.runs import isolation
-from mpmbench.runs.schema import BadInput
 from mpmbench.runs.turns import turn
+from mpmbench.settings.schema import BadInput
 
 SUCCESS = ("ok", "not_applicable")
 INTERRUPTED = "stopped by the user or the system"

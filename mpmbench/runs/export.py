@@ -15,7 +15,7 @@ from mpmbench.results.campaign import flat_settings
 from mpmbench.results.file import read_attributes, read_scalars
 from mpmbench.runs.display import shorten
 from mpmbench.runs.execute import check_folder
-from mpmbench.runs.schema import BadInput, did_you_mean
+from mpmbench.settings.schema import BadInput, did_you_mean
 
 FORMATS = ("--vtk", "--csv")
 FOLDER = "export"  # beside the results

@@ -10,8 +10,8 @@ from typing import Any
 from mpmbench.results.identity import config_json
 from mpmbench.runs import environment, execute, isolation
 from mpmbench.runs.ledger import LOOK_EVERY
-from mpmbench.runs.schema import GROUPS, PACKAGE, BadInput
 from mpmbench.runs.sweep import Plan
+from mpmbench.settings.schema import GROUPS, PACKAGE, BadInput
 
 SEQUENTIAL = ("basic", "")
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.runs.execute import Record
-from mpmbench.runs.schema import BadInput
+from mpmbench.settings.schema import BadInput
 
 PREFIX = "mpmbench-sweep-"
 RESERVE = 2**18  # bytes kept free for the records of runs that end on a full disk

@@ -5,7 +5,7 @@ import shutil
 import textwrap
 from pathlib import Path
 
-from mpmbench.runs.schema import GROUPS, BadInput, did_you_mean, experiments, options
+from mpmbench.settings.schema import GROUPS, BadInput, did_you_mean, experiments, options
 
 PLURALS = {"method": "methods", "basis": "bases", "material": "materials", "problem": "problems"}
 

@@ -9,8 +9,8 @@ from typing import Any
 from mpmbench.results.file import read_attributes, remove_leftovers
 from mpmbench.runs.display import shorten
 from mpmbench.runs.execute import check_folder
-from mpmbench.runs.schema import BadInput
 from mpmbench.runs.sweep import LASTING
+from mpmbench.settings.schema import BadInput
 
 
 @dataclass

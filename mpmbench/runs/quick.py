@@ -12,8 +12,8 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override
 from omegaconf import DictConfig, OmegaConf
 
-from mpmbench.runs import settings
-from mpmbench.runs.schema import GROUPS, experiments, read_yaml
+from mpmbench.settings import resolve
+from mpmbench.settings.schema import GROUPS, experiments, read_yaml
 
 Resolved = tuple[dict[str, Any], str]
 
@@ -45,8 +45,8 @@ class Composer:
         experiment = composed.hydra.runtime.choices.get("experiments")
         body = read_yaml(experiments()[experiment]) if experiment in experiments() else {}
         before: Any = OmegaConf.to_container(composed.hydra.overrides.task, resolve=False)
-        given = {text.partition("=")[0] for text in [*before, *values]} | set(settings.dotted(body))
-        return settings.fill(config, given, experiment)
+        given = {text.partition("=")[0] for text in [*before, *values]} | set(resolve.dotted(body))
+        return resolve.fill(config, given, experiment)
 
     def split(self, overrides: Sequence[str]) -> tuple[list[str], list[str]]:
         """Choices of options, and all else."""

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 from mpmbench.runs.display import shorten
-from mpmbench.runs.schema import PACKAGE, BadInput
+from mpmbench.settings.schema import PACKAGE, BadInput
 
 
 def is_current(page: Path, folder: Path) -> bool:

@@ -24,7 +24,7 @@ from typing import Any
 from mpmbench.results import completion
 from mpmbench.runs import bisect
 from mpmbench.runs.display import shorten
-from mpmbench.runs.schema import (
+from mpmbench.settings.schema import (
     PACKAGE,
     BadInput,
     did_you_mean,

@@ -12,8 +12,8 @@ from mpmbench.results.file import read_attributes
 from mpmbench.results.identity import code_digests
 from mpmbench.results.provenance import machine
 from mpmbench.runs import execute, isolation
-from mpmbench.runs.schema import GROUPS, BadInput, check_types, did_you_mean, options
 from mpmbench.runs.sweep import LASTING
+from mpmbench.settings.schema import GROUPS, BadInput, check_types, did_you_mean, options
 
 ROUNDING = (
     1e-9  # largest difference, relative to the largest value of a field, that counts as rounding

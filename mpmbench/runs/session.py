@@ -9,21 +9,12 @@ from typing import Any
 
 from mpmbench.results.identity import result_path
 from mpmbench.results.provenance import attributes
-from mpmbench.runs import (
-    compose,
-    display,
-    execute,
-    isolation,
-    launchers,
-    live,
-    reporting,
-    settings,
-    sweep,
-)
+from mpmbench.runs import compose, display, execute, isolation, launchers, live, reporting, sweep
 from mpmbench.runs.guard import guarded
 from mpmbench.runs.ledger import Ledger, follow_owner, opened
-from mpmbench.runs.schema import BadInput
 from mpmbench.runs.turns import slot
+from mpmbench.settings import resolve
+from mpmbench.settings.schema import BadInput
 
 MARK_EVERY = 0.5  # seconds between two marks of how far a run is
 
@@ -200,7 +191,7 @@ def run_composed(config: Any, hydra: Any, ledger: Ledger) -> None:
         follow_owner(ledger, isolation.close)
     if ledger.said("stop") or ledger.said("abandon"):
         return
-    resolved, reason = settings.resolve(config, hydra)
+    resolved, reason = resolve.resolve(config, hydra)
     if single:
         compose.sweeping.single = resolved
         answer = execute.check([(resolved, reason)])[0]

@@ -8,8 +8,8 @@ from typing import Any
 from mpmbench.results.file import read_attributes
 from mpmbench.results.identity import code_digests, code_hash
 from mpmbench.runs.display import shorten
-from mpmbench.runs.schema import BadInput
 from mpmbench.runs.sweep import Plan, state_of
+from mpmbench.settings.schema import BadInput
 
 STATES = ("fresh", "stale", "untimed", "failed", "missing")
 
@@ -60,8 +60,8 @@ def changed_files(attributes: dict[str, Any], config: dict[str, Any]) -> list[st
 
 def of_sweep(arguments: list[str]) -> int:
     """Look up every cell of a sweep."""
-    from mpmbench.runs import arguments as command_line
     from mpmbench.runs import isolation
+    from mpmbench.settings import arguments as command_line
 
     flags, pairs = command_line.split(arguments, [])
     isolation.warm_up()

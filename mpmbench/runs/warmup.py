@@ -1,12 +1,12 @@
 """The command ``warmup``: compile the kernels of a choice of runs, so that later ones only load them."""
 
-from mpmbench.runs.schema import options
+from mpmbench.settings.schema import options
 
 
 def main(arguments: list[str]) -> int:
     """``warmup [KEY=VALUE...]``: without a method or basis, all that apply to the problem."""
-    from mpmbench.runs import arguments as command_line
     from mpmbench.runs import execute, isolation, launchers
+    from mpmbench.settings import arguments as command_line
 
     _, pairs = command_line.split(arguments, [])
     isolation.warm_up()

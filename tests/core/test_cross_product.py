@@ -6,7 +6,8 @@ import pytest
 
 from mpmbench.core import registry
 from mpmbench.core.errors import BadSetting, NotApplicable
-from mpmbench.runs import case, compose, schema
+from mpmbench.runs import case, compose
+from mpmbench.settings import schema
 
 SMALL = {1: 12, 2: 4, 3: 3}  # cells along the reference length
 EVERY = [

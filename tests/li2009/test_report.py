@@ -13,7 +13,7 @@ from mpmbench.papers.kit import Campaigns
 from mpmbench.papers.li2009 import claims
 from mpmbench.papers.li2009.bar import BARS
 from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, MissingRuns, judge
-from mpmbench.runs.schema import experiments
+from mpmbench.settings.schema import experiments
 
 PAPER = find("li2009")
 

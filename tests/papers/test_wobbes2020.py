@@ -27,8 +27,9 @@ from mpmbench.papers.kit import subset
 from mpmbench.papers.wobbes2020 import errata, spectra, survival, table1
 from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, judge
 from mpmbench.results import completion
-from mpmbench.runs import bisect, compose, schema
+from mpmbench.runs import bisect, compose
 from mpmbench.runs.case import solve
+from mpmbench.settings import schema
 from tests.core import support
 
 ROOT = Path(__file__).parents[2]

@@ -5,7 +5,7 @@ import shutil
 import pytest
 
 from mpmbench.runs import check, compose, scoring
-from mpmbench.runs.schema import PACKAGE, options
+from mpmbench.settings.schema import PACKAGE, options
 from tests.runs.conftest import PLUGINS
 
 OUTSIDE = PLUGINS / "outside"

@@ -7,10 +7,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mpmbench.runs import arguments, execute
+from mpmbench.runs import execute
 from mpmbench.runs.compose import in_one_sentence, resolved, with_hydra
 from mpmbench.runs.quick import Composer
-from mpmbench.runs.schema import BadInput, all_keys, shipped_folder
+from mpmbench.settings import arguments
+from mpmbench.settings.schema import BadInput, all_keys, shipped_folder
 
 NUMBERS = st.one_of(
     st.integers(-3, 70).map(str),

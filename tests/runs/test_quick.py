@@ -5,7 +5,7 @@ from hydra import compose, initialize_config_dir
 
 from mpmbench.runs.compose import as_sweep, compose_many, resolved, with_hydra
 from mpmbench.runs.quick import Composer
-from mpmbench.runs.schema import BadInput, shipped_folder
+from mpmbench.settings.schema import BadInput, shipped_folder
 
 ALIKE = [
     "",

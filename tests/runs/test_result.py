@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from mpmbench.results import file
-from mpmbench.runs.schema import BadInput
+from mpmbench.settings.schema import BadInput
 
 DATASET = xr.Dataset(
     {"value": ((), 1.0, {"units": "m"})}, attrs={"status": "ok", "config_hash": "abc"}

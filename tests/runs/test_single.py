@@ -10,7 +10,7 @@ import xarray as xr
 
 from mpmbench.results import file
 from mpmbench.runs import listing
-from mpmbench.runs.schema import options
+from mpmbench.settings.schema import options
 
 ATTRIBUTES = {
     "schema_version", "status", "reason", "config", "config_hash", "problem", "method", "basis", "material", "mass",

@@ -7,7 +7,7 @@ import pytest
 
 import mpmbench
 from mpmbench.results import identity
-from mpmbench.runs.schema import PACKAGE
+from mpmbench.settings.schema import PACKAGE
 from tests.runs.conftest import PLUGINS
 
 

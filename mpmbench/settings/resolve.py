@@ -5,7 +5,7 @@ from typing import Any
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from mpmbench.runs.schema import (
+from mpmbench.settings.schema import (
     GROUPS,
     PROBLEM_DEFAULTS,
     BadInput,

@@ -2,7 +2,7 @@
 
 import re
 
-from mpmbench.runs.schema import (
+from mpmbench.settings.schema import (
     GROUPS,
     BadInput,
     all_keys,

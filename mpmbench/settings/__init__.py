@@ -1,0 +1,1 @@
+"""Which settings there are, and what a command line makes of them."""
