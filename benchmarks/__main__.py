@@ -12,12 +12,13 @@ from benchmarks import reference
 from benchmarks.campaigns import campaign, overhead, program, seconds_of
 from benchmarks.measure import REPEATS, interleaved, plate
 from benchmarks.reference_numpy import numpy_step
+from mpmbench import case
 from mpmbench.core import registry
 from mpmbench.core.bases.tensor import TensorSpline
 from mpmbench.core.compiled import threads
 from mpmbench.core.geometry import Box, Cloud
 from mpmbench.core.loops.explicit import step
-from mpmbench.runs import case, compose
+from mpmbench.runs import compose
 
 TIME_STEP = 1e-6  # [s], stable on the finest grid below
 

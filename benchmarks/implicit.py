@@ -5,11 +5,12 @@ from time import process_time
 import numpy as np
 
 from benchmarks.measure import interleaved
+from mpmbench import case
 from mpmbench.core import registry
 from mpmbench.core.implicit.newton import Equations
 from mpmbench.core.implicit.step import external_force, prepare
 from mpmbench.core.state import State
-from mpmbench.runs import case, compose
+from mpmbench.runs import compose
 
 PAIRS = (("fem", "linear"), ("implicit_mpm", "linear"), ("gmm", "mls"), ("gmm", "lme"))
 

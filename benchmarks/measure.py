@@ -4,8 +4,9 @@ from collections.abc import Callable, Mapping
 from statistics import median
 from time import perf_counter, process_time
 
+from mpmbench import case
 from mpmbench.core.state import State
-from mpmbench.runs import case, compose
+from mpmbench.runs import compose
 
 REPEATS = 5
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from mpmbench.results.file import read_scalars
 from mpmbench.results.identity import NOT_PART_OF_A_RUN
+from mpmbench.results.netcdf import read_scalars
 from mpmbench.settings.resolve import dotted
 from mpmbench.settings.schema import GROUPS, BadInput
 

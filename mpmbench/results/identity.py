@@ -21,7 +21,7 @@ NOT_PART_OF_A_RUN = (
     "timing",
     "repeats",
 )
-SOLVER = ("core", "problems", "analysis", "runs/case.py")
+SOLVER = ("core", "problems", "analysis", "case")
 
 
 def config_json(config: dict[str, Any]) -> str:
@@ -72,7 +72,7 @@ def code_digests(config: dict[str, Any]) -> dict[str, str]:
         if file.is_relative_to(PACKAGE)
     }
     found: dict[str, str] = {}
-    waiting = ["runs/case.py", "core/registry.py"]
+    waiting = ["case/build.py", "core/registry.py"]
     for group, package in PACKAGES.items():
         name = (
             config[group].get("time") or config[group]["name"]

@@ -15,8 +15,8 @@ from typing import Any
 
 import yaml
 
-from mpmbench.results.file import read_attributes
 from mpmbench.results.identity import NOT_PART_OF_A_RUN
+from mpmbench.results.netcdf import read_attributes
 from mpmbench.settings.resolve import dotted
 from mpmbench.settings.schema import GROUPS, read_yaml
 

@@ -15,7 +15,7 @@ from scipy.stats import mannwhitneyu
 
 from mpmbench.analysis.convergence import OrderEstimate, order_with_interval
 from mpmbench.report.series import order_of, series_name, studies
-from mpmbench.results.file import read_attributes
+from mpmbench.results.netcdf import read_attributes
 from mpmbench.results.records import Campaign, read_campaign
 from mpmbench.settings.schema import BadInput
 

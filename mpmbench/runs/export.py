@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from mpmbench.results.campaign import flat_settings
-from mpmbench.results.file import read_attributes, read_scalars
+from mpmbench.results.netcdf import read_attributes, read_scalars
 from mpmbench.runs.display import shorten
 from mpmbench.runs.execute import check_folder
 from mpmbench.settings.schema import BadInput, did_you_mean

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from mpmbench.results.file import read_attributes, remove_leftovers
+from mpmbench.results.netcdf import read_attributes, remove_leftovers
 from mpmbench.runs.display import shorten
 from mpmbench.runs.execute import check_folder
 from mpmbench.runs.sweep import LASTING

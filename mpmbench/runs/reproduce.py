@@ -264,7 +264,7 @@ def sweep(experiment: Experiment, name: str, pairs: list[str], environment: dict
 
 def without_result(experiment: Experiment, names: set[str]) -> Iterable[str]:
     """A line for every run that ended by accident rather than by its method."""
-    from mpmbench.results.file import read_attributes
+    from mpmbench.results.netcdf import read_attributes
 
     if not names:
         yield f"{experiment.name}: no results"

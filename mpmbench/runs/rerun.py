@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from mpmbench.results.file import read_attributes
 from mpmbench.results.identity import code_digests
+from mpmbench.results.netcdf import read_attributes
 from mpmbench.results.provenance import machine
 from mpmbench.runs import execute, isolation
 from mpmbench.runs.sweep import LASTING

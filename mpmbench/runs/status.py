@@ -5,8 +5,8 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from mpmbench.results.file import read_attributes
 from mpmbench.results.identity import code_digests, code_hash
+from mpmbench.results.netcdf import read_attributes
 from mpmbench.runs.display import shorten
 from mpmbench.runs.sweep import Plan, state_of
 from mpmbench.settings.schema import BadInput

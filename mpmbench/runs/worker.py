@@ -11,10 +11,10 @@ import numba
 import numpy as np
 import xarray as xr
 
+from mpmbench import case
 from mpmbench.core.errors import BadSetting, NotApplicable
-from mpmbench.results import file
+from mpmbench.results import netcdf
 from mpmbench.results.provenance import library_versions
-from mpmbench.runs import case
 from mpmbench.runs.turns import undisturbed_since
 
 LONGEST_REASON = 200  # characters; the file keeps the whole traceback
@@ -48,7 +48,7 @@ def check(
             answer["not_applicable"] = str(error)
         except Exception as error:
             answer["bad"] = f"the check of this configuration failed: {explain(error)}"
-        answer["earlier"] = file.read_attributes(Path(target))
+        answer["earlier"] = netcdf.read_attributes(Path(target))
         answers.append(answer)
     return answers
 
@@ -128,7 +128,7 @@ def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict
     dataset.attrs = {"reason": "", **attributes, **library_versions(), **own}
     unwritten = ""
     try:
-        file.write(dataset, Path(target))
+        netcdf.write(dataset, Path(target))
     except OSError as error:
         unwritten = f"the result could not be written to {target}: {error.strerror or error}"
     scalars = {

@@ -8,7 +8,7 @@ import xarray as xr
 import yaml
 
 from mpmbench.analysis.convergence import fitted_order
-from mpmbench.runs.case import solve
+from mpmbench.case import solve
 
 CONF = Path(__file__).parents[2] / "conf"
 EXTRA = {"cfl": 0.5, "threads": 1, "seed": 0}

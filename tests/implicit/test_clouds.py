@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from mpmbench import case
 from mpmbench.analysis.convergence import fitted_order
 from mpmbench.core.bases.linear import Linear
 from mpmbench.core.bases.lme import LocalMaxEnt
@@ -18,7 +19,6 @@ from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.simulation import Body, build_state, simulate
 from mpmbench.core.state import Loads
 from mpmbench.problems.rolling_disk import ring_mesh, split_squares
-from mpmbench.runs import case
 from tests.core.support import compose
 
 CLOUDS = {

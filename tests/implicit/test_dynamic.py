@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from mpmbench import case
 from mpmbench.core import registry
 from mpmbench.core.bases.linear import Linear
 from mpmbench.core.bases.mls import MovingLeastSquares
@@ -18,7 +19,6 @@ from mpmbench.core.materials.neo_hookean import NeoHookean
 from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.simulation import Body, build_state, simulate
 from mpmbench.core.state import Loads, State
-from mpmbench.runs import case
 from tests.core.support import compose
 
 IMPLICIT = {

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from mpmbench import case
 from mpmbench.analysis.convergence import fitted_order
 from mpmbench.core.errors import NotApplicable, NotConverged
 from mpmbench.core.implicit import linear
 from mpmbench.core.implicit.newton import Equations, newton
 from mpmbench.core.implicit.step import external_force, prepare
 from mpmbench.core.simulation import simulate
-from mpmbench.runs import case
 from tests.core.support import compose
 
 # deflection of A [m] at h = 0.25 and 0.125 m, confirmed with the authors' own program and an

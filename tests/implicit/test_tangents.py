@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mpmbench import case
 from mpmbench.core import registry
 from mpmbench.core.compiled import has_version, kernel
 from mpmbench.core.implicit.newton import Equations
@@ -20,7 +21,6 @@ from mpmbench.core.materials.mohr_coulomb import (
     MohrCoulomb,
     return_map,
 )
-from mpmbench.runs import case
 from tests.core.support import compose
 
 TANGENT = [

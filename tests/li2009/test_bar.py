@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from mpmbench.case import read, solve
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.materials.small_strain_elastic import SmallStrainElastic
 from mpmbench.problems.elastic_bar_tension import ElasticBarTension
-from mpmbench.runs.case import read, solve
 from tests.core.support import compose, run
 
 LUMPED = {"method__mass": "lumped", "method__transfer": "nodal"}

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mpmbench.case import read
 from mpmbench.core.bases.entropy_basis import EntropyBasis
 from mpmbench.core.bases.lme import LocalMaxEnt
 from mpmbench.core.errors import BadSetting, NotApplicable
@@ -19,7 +20,6 @@ from mpmbench.core.geometry.triangulate import (
     volumes,
 )
 from mpmbench.core.particles import Particles
-from mpmbench.runs.case import read
 from tests.core.support import compose, run
 
 TABLE = {0.8: (2.7, 3.6, 4.2), 1.8: (2.4, 3.5, 4.3), 2.8: (3.0, 4.0, 5.0), 6.8: (4.0, 5.0, 6.0)}

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from mpmbench.case import build, read, solve
 from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.core.loops.sph import update_stress
 from mpmbench.core.materials.newtonian_fluid import NewtonianFluid
 from mpmbench.core.matrix.mass_checks import seen_share
 from mpmbench.problems.isothermal_shock import IsothermalShock, smallest_stretch
-from mpmbench.runs.case import build, read, solve
 from tests.core.support import compose, run
 
 VELOCITY, DENSITY = "error_velocity_l2_max", "error_density_l1_max"

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 import yaml
 
+from mpmbench import case
 from mpmbench.papers import Campaigns, find, read_campaigns
 from mpmbench.papers.iaconeta2017 import disk, soil, support
 from mpmbench.papers.iaconeta2017.support import METHODS
 from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, MissingRuns, judge
-from mpmbench.runs import case, compose
+from mpmbench.runs import compose
 from mpmbench.settings import schema
 
 PAPER = "iaconeta2017"

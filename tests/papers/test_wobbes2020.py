@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
+from mpmbench.case import solve
 from mpmbench.core import registry
 from mpmbench.core.geometry import Box
 from mpmbench.papers import (
@@ -28,7 +29,6 @@ from mpmbench.papers.wobbes2020 import errata, spectra, survival, table1
 from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, judge
 from mpmbench.results import completion
 from mpmbench.runs import bisect, compose
-from mpmbench.runs.case import solve
 from mpmbench.settings import schema
 from tests.core import support
 

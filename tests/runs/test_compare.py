@@ -84,7 +84,7 @@ def test_a_lower_order_alone_is_less_accurate(both, command):
 
 def test_slower_on_one_machine_only(both, command):
     for file in both[1].glob("mpm-*.nc"):
-        edit(file, solver_times=1.3 * np.array(file.read_attributes(file)["solver_times"]))
+        edit(file, solver_times=1.3 * np.array(netcdf.read_attributes(file)["solver_times"]))
     outcome = command("compare", "a", "b")
     assert outcome.code == 10
     assert "1 same, 1 worse" in outcome.out and "MPM" in outcome.out.split("speed")[1]
@@ -143,7 +143,7 @@ def test_merge_takes_what_is_better_and_loses_nothing(both, command, folder):
     assert outcome.code == 0
     assert outcome.out.splitlines()[-1] == "a: 1 copied, 1 replaced, 8 kept, 0 left out"
     assert f"replaced: {names[1]}: timeout of" in outcome.out
-    assert {file.read_attributes(file)["status"] for file in a.glob("*.nc")} == {"ok"}
+    assert {netcdf.read_attributes(file)["status"] for file in a.glob("*.nc")} == {"ok"}
     assert {file: file.read_bytes() for file in b.glob("*.nc")} == before
     assert (
         command("merge", "new/folder", "a", "b")

@@ -31,7 +31,7 @@ SWEEP = ("-m", "problem=failing_bar", "limits.time=4", "limits.memory=400", "cam
 
 def by_fault(folder: Path) -> dict[str, tuple[Path, dict]]:
     files = list((folder / "results" / "faults").glob("*.nc"))
-    attributes = {file: file.read_attributes(file) for file in files}
+    attributes = {file: netcdf.read_attributes(file) for file in files}
     assert None not in attributes.values()
     return {
         json.loads(found["config"])["problem"]["fault"]: (file, found)
@@ -170,7 +170,7 @@ def test_an_unstable_time_step_leaves_a_file_with_step_and_time(command, folder)
     outcome = command("method=mpm", "resolution=64", "time_step=0.02", "end_time=2")
     assert outcome.code == 1
     (file,) = folder.glob("results/default/*.nc")
-    attributes = file.read_attributes(file)
+    attributes = netcdf.read_attributes(file)
     assert attributes["status"] in ("diverged", "broke_down")
     assert "step " in attributes["reason"] and "t = " in attributes["reason"]
     assert attributes["reason"] in outcome.out

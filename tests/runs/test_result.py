@@ -11,7 +11,7 @@ import netCDF4
 import pytest
 import xarray as xr
 
-from mpmbench.results import file
+from mpmbench.results import netcdf
 from mpmbench.settings.schema import BadInput
 
 DATASET = xr.Dataset(
@@ -21,7 +21,7 @@ DATASET = xr.Dataset(
 
 def test_a_write_that_fails_keeps_the_older_result_and_leaves_nothing(tmp_path, monkeypatch):
     path = tmp_path / "run.nc"
-    file.write(DATASET, path)
+    netcdf.write(DATASET, path)
 
     def full(self, target, **options):
         target.write_bytes(b"half")
@@ -29,9 +29,9 @@ def test_a_write_that_fails_keeps_the_older_result_and_leaves_nothing(tmp_path, 
 
     monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
     with pytest.raises(OSError, match="No space"):
-        file.write(DATASET.assign(value=2.0), path)
+        netcdf.write(DATASET.assign(value=2.0), path)
     assert list(tmp_path.iterdir()) == [path]
-    assert file.read_scalars(path)[1]["value"] == (1.0, {"units": "m"})
+    assert netcdf.read_scalars(path)[1]["value"] == (1.0, {"units": "m"})
 
 
 def test_the_reason_is_the_systems_and_not_the_librarys(tmp_path):
@@ -39,7 +39,7 @@ def test_the_reason_is_the_systems_and_not_the_librarys(tmp_path):
     path = tmp_path / "run.nc"
     path.with_name(f".{path.name}.{os.getpid()}.tmp").symlink_to("/dev/full")
     with pytest.raises(OSError, match="No space left on device"):
-        file.write(DATASET, path)
+        netcdf.write(DATASET, path)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -51,16 +51,16 @@ from mpmbench.runs import result
 def stuck(self, target, **options):
     target.write_bytes(b"half"); print("writing", flush=True); time.sleep(60)
 xarray.Dataset.to_netcdf = stuck
-file.write(xarray.Dataset(), Path({str(tmp_path / "run.nc")!r}))
+netcdf.write(xarray.Dataset(), Path({str(tmp_path / "run.nc")!r}))
 """
     writer = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert writer.stdout.readline() == "writing\n"
-    file.remove_leftovers(tmp_path / "run.nc")
+    netcdf.remove_leftovers(tmp_path / "run.nc")
     assert len(list(tmp_path.iterdir())) == 1  # the writer is alive
     os.kill(writer.pid, signal.SIGKILL)
     writer.wait()
     assert not (tmp_path / "run.nc").exists()
-    file.write(DATASET, tmp_path / "run.nc")
+    netcdf.write(DATASET, tmp_path / "run.nc")
     assert [path.name for path in tmp_path.iterdir()] == ["run.nc"]
 
 
@@ -68,18 +68,18 @@ file.write(xarray.Dataset(), Path({str(tmp_path / "run.nc")!r}))
 def test_a_broken_file_is_no_result(tmp_path, content):
     path = tmp_path / "run.nc"
     path.write_bytes(content)
-    assert file.read_attributes(path) is None
+    assert netcdf.read_attributes(path) is None
     with pytest.raises(BadInput, match="cannot be read"):
-        file.read_scalars(path)
+        netcdf.read_scalars(path)
 
 
 def test_a_foreign_file_is_no_result(tmp_path):
     path = tmp_path / "run.nc"
     with netCDF4.Dataset(path, "w") as file:
         file.title = "weather"
-    assert file.read_attributes(path) is None
+    assert netcdf.read_attributes(path) is None
     with pytest.raises(BadInput, match="not a result of mpmbench"):
-        file.read_scalars(path)
+        netcdf.read_scalars(path)
 
 
 def test_a_full_disk_is_named_and_ends_with_exit_code_1(command, folder, monkeypatch):
@@ -107,11 +107,11 @@ def test_a_full_disk_is_named_and_ends_with_exit_code_1(command, folder, monkeyp
 def test_threads_may_read_side_by_side(tmp_path):
     """In a process of its own: without a lock the HDF5 library ends it by a segmentation fault."""
     for number in range(20):
-        file.write(DATASET, tmp_path / f"{number}.nc")
+        netcdf.write(DATASET, tmp_path / f"{number}.nc")
     code = (
         "import pathlib; from concurrent.futures import ThreadPoolExecutor; from mpmbench.runs import result;"
         f"files = sorted(pathlib.Path({str(tmp_path)!r}).glob('*.nc')) * 10;"
-        "print(sum(map(bool, ThreadPoolExecutor(4).map(file.read_attributes, files))))"
+        "print(sum(map(bool, ThreadPoolExecutor(4).map(netcdf.read_attributes, files))))"
     )
     outcome = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (outcome.returncode, outcome.stdout) == (0, "200\n"), outcome.stderr

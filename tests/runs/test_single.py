@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from mpmbench.results import file
+from mpmbench.results import netcdf
 from mpmbench.runs import listing
 from mpmbench.settings.schema import options
 
@@ -102,7 +102,7 @@ def test_report_true_writes_a_report_and_a_failing_report_loses_nothing(
         "the report failed (RuntimeError: no ink); the results are in results/default"
         in outcome.err
     )
-    assert file.read_attributes(next(folder.rglob("*.nc")))["status"] == "ok"
+    assert netcdf.read_attributes(next(folder.rglob("*.nc")))["status"] == "ok"
 
 
 @pytest.mark.parametrize("arguments", ["--help", "list", "--version"])
@@ -131,7 +131,7 @@ def test_cfg_job_prints_what_a_run_records(command, folder):
     )
     assert not (folder / "results").exists()
     command("basis=bspline", "resolution=5")
-    assert json.loads(file.read_attributes(next(folder.rglob("*.nc")))["config"]) == shown
+    assert json.loads(netcdf.read_attributes(next(folder.rglob("*.nc")))["config"]) == shown
 
 
 def test_list_names_what_there_is(command, monkeypatch):

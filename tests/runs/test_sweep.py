@@ -34,7 +34,7 @@ def test_a_sweep_runs_each_cell_once_and_is_resumed(command, folder):
 def test_a_key_of_another_option_makes_a_cell_inapplicable(command, folder):
     outcome = command("-m", "basis=linear,bspline", "basis.degree=1", "resolution=4")
     assert outcome.code == 0
-    found = {file.name.split("-")[1]: file.read_attributes(file) for file in folder.rglob("*.nc")}
+    found = {file.name.split("-")[1]: netcdf.read_attributes(file) for file in folder.rglob("*.nc")}
     assert found["linear"]["status"] == "not_applicable"
     assert found["linear"]["reason"] == "basis=linear has no degree"
     assert json.loads(found["bspline"]["config"])["basis"]["degree"] == 1
@@ -95,7 +95,7 @@ def test_joblib_runs_a_sweep_with_the_same_guarantees(command, plugins, folder):
     )  # fmt: skip
     assert outcome.code == 1
     assert "2 of the runs failed" in outcome.out and "SIGSEGV" in outcome.out
-    statuses = sorted(file.read_attributes(file)["status"] for file in folder.rglob("*.nc"))
+    statuses = sorted(netcdf.read_attributes(file)["status"] for file in folder.rglob("*.nc"))
     assert statuses == ["crashed", "crashed", "ok"]
     assert [path.name for path in folder.iterdir()] == ["results"]
 
@@ -108,7 +108,7 @@ def test_the_cube_has_the_dimensions_that_vary(command, folder):
     assert (cube.status == "ok").all()
     one = cube.error_displacement_rms.sel(method="otm", resolution=8).sel({"material.density": 2})
     file = str(cube.file.sel(method="otm", resolution=8).sel({"material.density": 2}).item())
-    assert float(one) == file.read_scalars(file)[1]["error_displacement_rms"][0]
+    assert float(one) == netcdf.read_scalars(file)[1]["error_displacement_rms"][0]
     assert cube.error_displacement_rms.attrs["units"] == "m"
     assert cube.sel(method="otm").steps.sel(resolution=[4]).shape == (1, 2)
     assert cube.error_displacement_rms.sel(method=["otm"]).plot() is not None
@@ -146,7 +146,7 @@ def test_the_code_hash_follows_what_a_run_uses():
     }
     files = identity.code_digests(config)
     assert {
-        "runs/case.py",
+        "case/build.py",
         "core/transfer/__init__.py",
         "core/bases/bspline.py",
         "core/materials/neo_hookean.py",

@@ -54,13 +54,13 @@ def test_exclusive_runs_are_timed_in_turn_and_completed_when_more_is_asked(comma
     assert out.count("timing 2 runs in turn") == 1
     files = sorted(folder.rglob("*.nc"))
     for file in files:
-        attributes, scalars = file.read_scalars(file)
+        attributes, scalars = netcdf.read_scalars(file)
         assert attributes["timing_context"] == "exclusive" and len(attributes["solver_times"]) == 2
         assert scalars["solver_time"][0] == pytest.approx(sum(attributes["solver_times"]) / 2)
         assert json.loads(attributes["config"])["repeats"] == 2
     assert "0 to run" in command(*sweep, "repeats=2").out
     assert "2 to run" in command(*sweep, "repeats=3").out
-    assert all(len(file.read_attributes(file)["solver_times"]) == 3 for file in files)
+    assert all(len(netcdf.read_attributes(file)["solver_times"]) == 3 for file in files)
     assert "0 to run" in command("-m", "resolution=4,5").out
 
 
@@ -70,11 +70,11 @@ def test_timings_of_parallel_runs_do_not_count(command, folder):
     sweep = ("-m", "resolution=4,5", "hydra/launcher=joblib")
     command(*sweep)
     files = sorted(folder.rglob("*.nc"))
-    assert [file.read_attributes(file)["timing_context"] for file in files] == ["shared"] * 2
+    assert [netcdf.read_attributes(file)["timing_context"] for file in files] == ["shared"] * 2
     out = command(*sweep, "timing=exclusive", "repeats=2").out
     assert "2 to run" in out and out.count("timing 2 runs in turn") == 2
     for file in files:
-        attributes = file.read_attributes(file)
+        attributes = netcdf.read_attributes(file)
         assert attributes["timing_context"] == "exclusive" and len(attributes["solver_times"]) == 2
 
 
@@ -96,4 +96,4 @@ def test_a_timing_that_was_disturbed_is_taken_again(command, folder, monkeypatch
     command("resolution=4", "timing=exclusive", "repeats=1")
     (file,) = folder.rglob("*.nc")
     assert len(calls) == 3
-    assert len(file.read_attributes(file)["solver_times"]) == 1
+    assert len(netcdf.read_attributes(file)["solver_times"]) == 1
