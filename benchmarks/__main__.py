@@ -18,7 +18,7 @@ from mpmbench.core.bases.tensor import TensorSpline
 from mpmbench.core.compiled import threads
 from mpmbench.core.geometry import Box, Cloud
 from mpmbench.core.loops.explicit import step
-from mpmbench.runs import compose
+from mpmbench.runs.hydra import compose
 
 TIME_STEP = 1e-6  # [s], stable on the finest grid below
 

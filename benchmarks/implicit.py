@@ -10,7 +10,7 @@ from mpmbench.core import registry
 from mpmbench.core.implicit.newton import Equations
 from mpmbench.core.implicit.step import external_force, prepare
 from mpmbench.core.state import State
-from mpmbench.runs import compose
+from mpmbench.runs.hydra import compose
 
 PAIRS = (("fem", "linear"), ("implicit_mpm", "linear"), ("gmm", "mls"), ("gmm", "lme"))
 

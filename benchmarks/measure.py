@@ -6,7 +6,7 @@ from time import perf_counter, process_time
 
 from mpmbench import case
 from mpmbench.core.state import State
-from mpmbench.runs import compose
+from mpmbench.runs.hydra import compose
 
 REPEATS = 5
 

@@ -34,7 +34,7 @@ VERBS = {
         "run what is missing of a paper, then write its report",
     ),
     "report": (
-        "mpmbench.runs.reporting:main",
+        "mpmbench.runs.sweep.reporting:main",
         "RESULTS",
         "write the report of a folder of results",
     ),
@@ -178,7 +178,7 @@ def show_configuration(pairs: list[str]) -> int:
     """Print the configuration of a run, as it would be used."""
     from omegaconf import OmegaConf
 
-    from mpmbench.runs import compose
+    from mpmbench.runs.hydra import compose
 
     config, reason = compose.compose_many([pairs])[0]
     if reason:
@@ -189,10 +189,10 @@ def show_configuration(pairs: list[str]) -> int:
 
 def run(flags: list[str], pairs: list[str]) -> int:
     """One run or a sweep."""
-    from mpmbench.runs import isolation
+    from mpmbench.runs.process import isolation
 
     if not {flag.partition("=")[0] for flag in flags} & SHOW_ONLY:
         isolation.warm_up()  # loads its libraries while we compose the configuration
-    from mpmbench.runs import session
+    from mpmbench.runs.sweep import session
 
     return session.run(flags, pairs, _started)

@@ -5,7 +5,7 @@ import os
 import shutil
 import tempfile
 
-from mpmbench.runs.environment import prepare
+from mpmbench.runs.process.environment import prepare
 
 prepare(os.environ)
 # Turns are taken among the runs of the tests, not with campaigns that happen to run on this

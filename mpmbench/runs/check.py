@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.core.registry import PACKAGES
-from mpmbench.runs import isolation
+from mpmbench.runs.process import isolation
 from mpmbench.settings.schema import PACKAGE, BadInput, declared, options
 
 TIME = 55.0  # [s] for everything
@@ -73,7 +73,7 @@ def scorecard(
     yield "its YAML file", {"conf": (not problem, problem)}
     if problem:
         return
-    from mpmbench.runs.compose import compose_many
+    from mpmbench.runs.hydra.compose import compose_many
 
     (settings, reason), *_ = compose_many([run_of(kind, name)])
     yield "runs on a benchmark", {"mpmbench": runs(settings, reason, deadline)}
@@ -123,7 +123,7 @@ def run_of(kind: str, name: str) -> list[str]:
 
 def runs(config: dict[str, Any], reason: str, deadline: float) -> tuple[bool, str]:
     """Whether some steps of a run end well."""
-    from mpmbench.runs import execute
+    from mpmbench.runs.sweep import execute
 
     try:
         reason = reason or execute.check([(config, "")])[0]["not_applicable"]

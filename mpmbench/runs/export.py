@@ -13,8 +13,8 @@ import xarray as xr
 
 from mpmbench.results.campaign import flat_settings
 from mpmbench.results.netcdf import read_attributes, read_scalars
-from mpmbench.runs.display import shorten
-from mpmbench.runs.execute import check_folder
+from mpmbench.runs.sweep.display import shorten
+from mpmbench.runs.sweep.execute import check_folder
 from mpmbench.settings.schema import BadInput, did_you_mean
 
 FORMATS = ("--vtk", "--csv")

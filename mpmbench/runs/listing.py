@@ -53,10 +53,11 @@ def applicability(problem: str) -> int:
         raise BadInput(
             f"list {problem}: there is no such problem{did_you_mean(problem, options('problem'))}"
         )
-    from mpmbench.runs import execute, isolation
+    from mpmbench.runs.process import isolation
+    from mpmbench.runs.sweep import execute
 
     isolation.warm_up()
-    from mpmbench.runs.compose import compose_many
+    from mpmbench.runs.hydra.compose import compose_many
 
     pairs = [(method, basis) for method in options("method") for basis in options("basis")]
     cells = compose_many(

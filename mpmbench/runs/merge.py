@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.results.netcdf import read_attributes, remove_leftovers
-from mpmbench.runs.display import shorten
-from mpmbench.runs.execute import check_folder
-from mpmbench.runs.sweep import LASTING
+from mpmbench.runs.sweep.display import shorten
+from mpmbench.runs.sweep.execute import check_folder
+from mpmbench.runs.sweep.plan import LASTING
 from mpmbench.settings.schema import BadInput
 
 

@@ -23,7 +23,7 @@ from typing import Any
 
 from mpmbench.results import completion
 from mpmbench.runs import bisect
-from mpmbench.runs.display import shorten
+from mpmbench.runs.sweep.display import shorten
 from mpmbench.settings.schema import (
     PACKAGE,
     BadInput,
@@ -37,7 +37,7 @@ AT_A_TIME = 2
 # A numerical failure is what some experiments are made to show: it is a result. These are not.
 NOT_RESULTS = ("crashed", "interrupted", "timeout", "out_of_memory")
 # What makes runs out of an experiment.
-COMPOSING = ("case", "compose", "identity", "schema", "settings", "sweep")
+COMPOSING = ("case", "settings", "results", "runs/hydra", "runs/sweep/plan.py")
 _running: set["subprocess.Popen[str]"] = set()
 _stop = threading.Event()
 
@@ -149,9 +149,11 @@ def is_complete(experiment: Experiment, pairs: list[str]) -> bool:
 def inputs(experiment: Experiment, pairs: list[str]) -> str:
     """Digest of all that the results of an experiment depend on."""
     sources = [
-        file for room in ("core", "problems", "analysis") for file in (PACKAGE / room).rglob("*.py")
+        file
+        for room in ("core", "problems", "analysis", *COMPOSING)
+        for file in [*(PACKAGE / room).rglob("*.py"), PACKAGE / room]
+        if file.is_file()
     ]
-    sources += [PACKAGE / "runs" / f"{module}.py" for module in COMPOSING]
     plugins = experiment.plugins
     more = (
         [file for file in plugins.rglob("*") if file.suffix in (".py", ".yaml")] if plugins else []
@@ -279,7 +281,7 @@ def without_result(experiment: Experiment, names: set[str]) -> Iterable[str]:
 
 def report(name: str, folder: Path, chosen: list[Experiment]) -> bool:
     """The paper's own report; that of each campaign where there is none."""
-    from mpmbench.runs import reporting
+    from mpmbench.runs.sweep import reporting
 
     place = PACKAGE / "papers" / name
     if not (place.is_dir() or place.with_suffix(".py").exists()):

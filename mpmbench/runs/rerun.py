@@ -11,8 +11,9 @@ import xarray as xr
 from mpmbench.results.identity import code_digests
 from mpmbench.results.netcdf import read_attributes
 from mpmbench.results.provenance import machine
-from mpmbench.runs import execute, isolation
-from mpmbench.runs.sweep import LASTING
+from mpmbench.runs.process import isolation
+from mpmbench.runs.sweep import execute
+from mpmbench.runs.sweep.plan import LASTING
 from mpmbench.settings.schema import GROUPS, BadInput, check_types, did_you_mean, options
 
 ROUNDING = (

@@ -7,8 +7,8 @@ from typing import Any
 
 from mpmbench.results.identity import code_digests, code_hash
 from mpmbench.results.netcdf import read_attributes
-from mpmbench.runs.display import shorten
-from mpmbench.runs.sweep import Plan, state_of
+from mpmbench.runs.sweep.display import shorten
+from mpmbench.runs.sweep.plan import Plan, state_of
 from mpmbench.settings.schema import BadInput
 
 STATES = ("fresh", "stale", "untimed", "failed", "missing")
@@ -60,12 +60,12 @@ def changed_files(attributes: dict[str, Any], config: dict[str, Any]) -> list[st
 
 def of_sweep(arguments: list[str]) -> int:
     """Look up every cell of a sweep."""
-    from mpmbench.runs import isolation
+    from mpmbench.runs.process import isolation
     from mpmbench.settings import arguments as command_line
 
     flags, pairs = command_line.split(arguments, [])
     isolation.warm_up()
-    from mpmbench.runs import compose
+    from mpmbench.runs.hydra import compose
 
     if not compose.wants_many(flags, pairs):
         flags = ["-m", *flags]

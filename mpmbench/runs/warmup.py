@@ -5,12 +5,13 @@ from mpmbench.settings.schema import options
 
 def main(arguments: list[str]) -> int:
     """``warmup [KEY=VALUE...]``: without a method or basis, all that apply to the problem."""
-    from mpmbench.runs import execute, isolation, launchers
+    from mpmbench.runs.process import isolation
+    from mpmbench.runs.sweep import execute, launchers
     from mpmbench.settings import arguments as command_line
 
     _, pairs = command_line.split(arguments, [])
     isolation.warm_up()
-    from mpmbench.runs.compose import compose_many
+    from mpmbench.runs.hydra.compose import compose_many
 
     given = {pair.partition("=")[0] for pair in pairs}
     methods = [[]] if "method" in given else [[f"method={name}"] for name in options("method")]

@@ -7,7 +7,7 @@ import pytest
 from mpmbench import case
 from mpmbench.core import registry
 from mpmbench.core.errors import BadSetting, NotApplicable
-from mpmbench.runs import compose
+from mpmbench.runs.hydra import compose
 from mpmbench.settings import schema
 
 SMALL = {1: 12, 2: 4, 3: 3}  # cells along the reference length

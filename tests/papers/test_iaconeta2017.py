@@ -11,7 +11,7 @@ from mpmbench.papers import Campaigns, find, read_campaigns
 from mpmbench.papers.iaconeta2017 import disk, soil, support
 from mpmbench.papers.iaconeta2017.support import METHODS
 from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, MissingRuns, judge
-from mpmbench.runs import compose
+from mpmbench.runs.hydra import compose
 from mpmbench.settings import schema
 
 PAPER = "iaconeta2017"

@@ -28,7 +28,8 @@ from mpmbench.papers.kit import subset
 from mpmbench.papers.wobbes2020 import errata, spectra, survival, table1
 from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, judge
 from mpmbench.results import completion
-from mpmbench.runs import bisect, compose
+from mpmbench.runs import bisect
+from mpmbench.runs.hydra import compose
 from mpmbench.settings import schema
 from tests.core import support
 

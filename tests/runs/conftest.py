@@ -16,7 +16,7 @@ PLUGINS = Path(__file__).parents[1] / "plugins"
 MARK = "MPMBENCH_TESTS"  # in the environment of whatever these tests start
 os.environ[MARK] = str(os.getpid())
 STAYING = (
-    "mpmbench.runs.server",
+    "mpmbench.runs.process.server",
     "resource_tracker",
 )  # children of the tests' own process that serve all of them
 _started: "list[subprocess.Popen[str]]" = []

@@ -19,7 +19,7 @@ import xarray as xr
 from mpmbench.report import tables
 from mpmbench.report.series import order_of, studies
 from mpmbench.results.records import read_campaign
-from mpmbench.runs import ledger
+from mpmbench.runs.sweep import ledger
 from tests.runs.conftest import start, waited
 from tests.runs.test_failures import computes, pids_of
 
@@ -100,7 +100,7 @@ def victims(session: str, command: "subprocess.Popen[str]") -> dict[str, list[in
     for pid in pids_of(session):
         try:
             words = psutil.Process(pid).cmdline()
-            if "mpmbench.runs.server" in words:
+            if "mpmbench.runs.process.server" in words:
                 found["run" if computes(pid) else "server"].append(pid)
         except (psutil.Error, AttributeError):  # it has just ended
             continue

@@ -4,7 +4,9 @@ import shutil
 
 import pytest
 
-from mpmbench.runs import check, compose, scoring
+from mpmbench.runs import check
+from mpmbench.runs.hydra import compose
+from mpmbench.runs.process import scoring
 from mpmbench.settings.schema import PACKAGE, options
 from tests.runs.conftest import PLUGINS
 

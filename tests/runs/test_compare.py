@@ -6,6 +6,7 @@ import netCDF4
 import numpy as np
 import pytest
 
+from mpmbench.results import netcdf
 from mpmbench.runs import compare
 from tests.runs.conftest import start
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mpmbench.runs import environment
+from mpmbench.runs.process import environment
 from tests.runs.conftest import PLUGINS
 
 

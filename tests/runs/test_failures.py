@@ -11,6 +11,7 @@ import netCDF4
 import psutil
 import pytest
 
+from mpmbench.results import netcdf
 from tests.runs.conftest import PLUGINS, marked, start, waited
 
 FAULTS = {  # fault -> status, part of the reason
@@ -251,8 +252,8 @@ def computes(pid: int) -> bool:
     """Whether this is the child of a server."""
     process = psutil.Process(pid)
     return (
-        "mpmbench.runs.server" in process.cmdline()
-        and "mpmbench.runs.server" in process.parent().cmdline()
+        "mpmbench.runs.process.server" in process.cmdline()
+        and "mpmbench.runs.process.server" in process.parent().cmdline()
     )
 
 
@@ -288,7 +289,7 @@ def test_what_a_killed_command_has_started_is_ended_before_it_has_done_anything(
 ):
     monkeypatch.setenv("MPMBENCH_TEST", str(folder))
     code = (
-        "import os, subprocess, sys; from mpmbench.runs.guard import guarded\n"
+        "import os, subprocess, sys; from mpmbench.runs.process.watchdog import guarded\n"
         "with guarded('this test'):\n"
         "    subprocess.Popen(['sleep', '60'], stdout=subprocess.DEVNULL)\n"
         "    if sys.argv[1] == 'killed': os.kill(os.getpid(), 9)"
@@ -329,7 +330,7 @@ def test_workers_of_joblib_that_are_killed_cost_one_run_at_most(folder, plugins,
 
 
 def test_a_server_that_is_killed_between_two_runs_costs_nothing(command, plugins, folder):
-    from mpmbench.runs import isolation
+    from mpmbench.runs.process import isolation
 
     assert command("problem=failing_bar").code == 0
     isolation._server.process.kill()
@@ -350,7 +351,7 @@ def test_a_launcher_that_does_not_work_is_one_sentence(command, folder):
 
 def test_a_server_whose_answer_was_not_awaited_is_not_asked_again(monkeypatch):
     """An answer that is read later would be taken for the number of a child, and 0 as its number means all of us."""
-    from mpmbench.runs import isolation
+    from mpmbench.runs.process import isolation
 
     server = isolation.Server.start(dict(os.environ), {})
     child = server.child()

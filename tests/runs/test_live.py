@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from mpmbench.runs import live
-from mpmbench.runs.execute import Record
-from mpmbench.runs.ledger import opened
-from mpmbench.runs.sweep import Cell, Plan
+from mpmbench.runs.sweep import live
+from mpmbench.runs.sweep.execute import Record
+from mpmbench.runs.sweep.ledger import opened
+from mpmbench.runs.sweep.plan import Cell, Plan
 
 COLOUR = re.compile(r"\x1b\[[0-9;]*[1-9][0-9;]*m")
 

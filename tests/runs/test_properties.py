@@ -7,9 +7,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mpmbench.runs import execute
-from mpmbench.runs.compose import in_one_sentence, resolved, with_hydra
-from mpmbench.runs.quick import Composer
+from mpmbench.runs.hydra.compose import in_one_sentence, resolved, with_hydra
+from mpmbench.runs.hydra.composer import Composer
+from mpmbench.runs.sweep import execute
 from mpmbench.settings import arguments
 from mpmbench.settings.schema import BadInput, all_keys, shipped_folder
 

@@ -3,8 +3,8 @@
 import pytest
 from hydra import compose, initialize_config_dir
 
-from mpmbench.runs.compose import as_sweep, compose_many, resolved, with_hydra
-from mpmbench.runs.quick import Composer
+from mpmbench.runs.hydra.compose import as_sweep, compose_many, resolved, with_hydra
+from mpmbench.runs.hydra.composer import Composer
 from mpmbench.settings.schema import BadInput, shipped_folder
 
 ALIKE = [

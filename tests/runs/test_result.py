@@ -47,7 +47,7 @@ def test_a_writer_that_is_killed_leaves_no_result_and_its_remains_are_removed(tm
     code = f"""
 import xarray, time
 from pathlib import Path
-from mpmbench.runs import result
+from mpmbench.results import netcdf
 def stuck(self, target, **options):
     target.write_bytes(b"half"); print("writing", flush=True); time.sleep(60)
 xarray.Dataset.to_netcdf = stuck
@@ -86,7 +86,7 @@ def test_a_full_disk_is_named_and_ends_with_exit_code_1(command, folder, monkeyp
     """The limit on file sizes stands for a full disk: the child cannot write more than a few hundred kilobytes."""
     code = (
         "import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
-        "from mpmbench.runs.ledger import RESERVE;"
+        "from mpmbench.runs.sweep.ledger import RESERVE;"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (RESERVE, RESERVE));"
         "from mpmbench.cli import main; sys.exit(main(['resolution=2000', 'time_step=auto', 'end_time=1e-4']))"
     )
@@ -109,7 +109,7 @@ def test_threads_may_read_side_by_side(tmp_path):
     for number in range(20):
         netcdf.write(DATASET, tmp_path / f"{number}.nc")
     code = (
-        "import pathlib; from concurrent.futures import ThreadPoolExecutor; from mpmbench.runs import result;"
+        "import pathlib; from concurrent.futures import ThreadPoolExecutor; from mpmbench.results import netcdf;"
         f"files = sorted(pathlib.Path({str(tmp_path)!r}).glob('*.nc')) * 10;"
         "print(sum(map(bool, ThreadPoolExecutor(4).map(netcdf.read_attributes, files))))"
     )

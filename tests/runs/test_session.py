@@ -4,8 +4,9 @@ from contextlib import contextmanager
 
 import pytest
 
-from mpmbench.runs import compose, session
-from mpmbench.runs.ledger import Ledger
+from mpmbench.runs.hydra import compose
+from mpmbench.runs.sweep import session
+from mpmbench.runs.sweep.ledger import Ledger
 
 
 @contextmanager

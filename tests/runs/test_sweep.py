@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 import mpmbench
-from mpmbench.results import identity
+from mpmbench.results import identity, netcdf
 from mpmbench.settings.schema import PACKAGE
 from tests.runs.conftest import PLUGINS
 
@@ -62,7 +62,7 @@ def test_status_looks_up_the_cells_of_a_sweep(command, folder):
 def test_a_change_of_the_code_makes_results_stale(command, folder, monkeypatch):
     command("-m", "resolution=4")
     monkeypatch.setattr(identity, "code_hash", lambda digests: "another")
-    monkeypatch.setattr("mpmbench.runs.sweep.code_hash", lambda digests: "another")
+    monkeypatch.setattr("mpmbench.runs.sweep.plan.code_hash", lambda digests: "another")
     assert "1 to run" in command("-m", "resolution=4").out
 
 
@@ -173,7 +173,7 @@ def test_comments_and_docstrings_mean_nothing_and_code_does(tmp_path):
 
 
 def test_the_configuration_hash_knows_what_matters():
-    from mpmbench.runs.compose import compose_many
+    from mpmbench.runs.hydra.compose import compose_many
 
     same = (
         "resolution=31.0",

@@ -6,7 +6,8 @@ import time
 
 import pytest
 
-from mpmbench.runs import turns
+from mpmbench.results import netcdf
+from mpmbench.runs.process import exclusive
 
 
 def held(*turns_taken):
@@ -14,7 +15,7 @@ def held(*turns_taken):
     found = {}
 
     def hold(number, alone, seconds):
-        with turns.turn(alone):
+        with exclusive.turn(alone):
             found[number, "in"] = time.monotonic()
             time.sleep(seconds)
             found[number, "out"] = time.monotonic()
@@ -38,14 +39,14 @@ def test_shared_runs_go_together_and_an_exclusive_one_waits_for_both():
 
 
 def test_a_run_that_is_not_timed_loses_patience_and_leaves_a_mark(monkeypatch):
-    monkeypatch.setattr(turns, "WAIT_FOR_TIMED", 0.3)
-    with turns.turn(alone=True) as began:
-        assert turns.undisturbed_since(began)
+    monkeypatch.setattr(exclusive, "WAIT_FOR_TIMED", 0.3)
+    with exclusive.turn(alone=True) as began:
+        assert exclusive.undisturbed_since(began)
         time.sleep(0.05)
-        with turns.turn(alone=False):  # as if the first one were suspended
-            assert not turns.undisturbed_since(began)
-    with turns.turn(alone=True) as again:
-        assert turns.undisturbed_since(again)
+        with exclusive.turn(alone=False):  # as if the first one were suspended
+            assert not exclusive.undisturbed_since(began)
+    with exclusive.turn(alone=True) as again:
+        assert exclusive.undisturbed_since(again)
 
 
 def test_exclusive_runs_are_timed_in_turn_and_completed_when_more_is_asked(command, folder):
@@ -80,7 +81,7 @@ def test_timings_of_parallel_runs_do_not_count(command, folder):
 
 def test_a_timing_that_was_disturbed_is_taken_again(command, folder, monkeypatch):
     """Another run comes in during the first two: only later times are kept."""
-    from mpmbench.runs import execute
+    from mpmbench.runs.sweep import execute
 
     original, calls = execute.isolation.ask, []
 
@@ -89,7 +90,7 @@ def test_a_timing_that_was_disturbed_is_taken_again(command, folder, monkeypatch
             calls.append(request)
             if len(calls) <= 2:
                 time.sleep(0.05)
-                (turns.folder() / "intruded").touch()
+                (exclusive.folder() / "intruded").touch()
         return original(*request, **options)
 
     monkeypatch.setattr(execute.isolation, "ask", disturbed)

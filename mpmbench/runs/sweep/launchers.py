@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.results.identity import config_json
-from mpmbench.runs import environment, execute, isolation
-from mpmbench.runs.ledger import LOOK_EVERY
-from mpmbench.runs.sweep import Plan
+from mpmbench.runs.process import environment, isolation
+from mpmbench.runs.sweep import execute
+from mpmbench.runs.sweep.ledger import LOOK_EVERY
+from mpmbench.runs.sweep.plan import Plan
 from mpmbench.settings.schema import GROUPS, PACKAGE, BadInput
 
 SEQUENTIAL = ("basic", "")

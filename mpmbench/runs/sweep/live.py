@@ -4,10 +4,10 @@ import threading
 import time
 from typing import Any
 
-from mpmbench.runs import display
-from mpmbench.runs.execute import Record
-from mpmbench.runs.ledger import Ledger
-from mpmbench.runs.sweep import Plan
+from mpmbench.runs.sweep import display
+from mpmbench.runs.sweep.execute import Record
+from mpmbench.runs.sweep.ledger import Ledger
+from mpmbench.runs.sweep.plan import Plan
 
 LOOK_EVERY = 0.1  # seconds
 MOST_SHOWN = 8  # runs under way that are listed one by one

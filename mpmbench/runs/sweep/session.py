@@ -9,10 +9,13 @@ from typing import Any
 
 from mpmbench.results.identity import result_path
 from mpmbench.results.provenance import attributes
-from mpmbench.runs import compose, display, execute, isolation, launchers, live, reporting, sweep
-from mpmbench.runs.guard import guarded
-from mpmbench.runs.ledger import Ledger, follow_owner, opened
-from mpmbench.runs.turns import slot
+from mpmbench.runs.hydra import compose
+from mpmbench.runs.process import isolation
+from mpmbench.runs.process.exclusive import slot
+from mpmbench.runs.process.watchdog import guarded
+from mpmbench.runs.sweep import display, execute, launchers, live, reporting
+from mpmbench.runs.sweep.ledger import Ledger, follow_owner, opened
+from mpmbench.runs.sweep.plan import timed_enough
 from mpmbench.settings import resolve
 from mpmbench.settings.schema import BadInput
 
@@ -158,7 +161,7 @@ def repeat_timings(ledger: Ledger) -> None:
             and config["timing"] == "exclusive"
             and record.status == "ok"
             and not record.unwritten
-            and not sweep.timed_enough(record.solver_times, config)
+            and not timed_enough(record.solver_times, config)
         ]
         if not due:
             return

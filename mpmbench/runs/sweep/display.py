@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from mpmbench.runs.execute import Record
-from mpmbench.runs.sweep import Plan
+from mpmbench.runs.sweep.execute import Record
+from mpmbench.runs.sweep.plan import Plan
 
 SHOW_PROGRESS_AFTER = 1.5  # seconds
 ERRORS = ("displacement", "velocity", "stress")

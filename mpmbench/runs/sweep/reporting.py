@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from mpmbench.runs.display import shorten
+from mpmbench.runs.sweep.display import shorten
 from mpmbench.settings.schema import PACKAGE, BadInput
 
 

@@ -12,8 +12,8 @@ from typing import Any
 
 from mpmbench.results.identity import result_path
 from mpmbench.results.provenance import attributes
-from mpmbench.runs import isolation
-from mpmbench.runs.turns import turn
+from mpmbench.runs.process import isolation
+from mpmbench.runs.process.exclusive import turn
 from mpmbench.settings.schema import BadInput
 
 SUCCESS = ("ok", "not_applicable")
@@ -61,7 +61,7 @@ def limits_of(config: dict[str, Any]) -> dict[str, Any]:
 
 
 def check(cells: list[tuple[dict[str, Any], str]]) -> list[dict[str, Any]]:
-    """Have the plug-ins judge configurations before anything runs; see `mpmbench.runs.worker.check`.
+    """Have the plug-ins judge configurations before anything runs; see `mpmbench.runs.process.worker.check`.
 
     Parameters
     ----------

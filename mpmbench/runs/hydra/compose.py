@@ -23,8 +23,9 @@ from hydra.plugins.sweeper import Sweeper
 from omegaconf import DictConfig, OmegaConf, open_dict
 from omegaconf.errors import OmegaConfBaseException
 
-from mpmbench.runs import launchers, sweep
-from mpmbench.runs.quick import Composer
+from mpmbench.runs.hydra.composer import Composer
+from mpmbench.runs.sweep import launchers
+from mpmbench.runs.sweep.plan import Plan, make_plan, record_inapplicable
 from mpmbench.settings import resolve
 from mpmbench.settings.schema import (
     GROUPS,
@@ -96,9 +97,9 @@ class NothingToRun(Exception):
 class Sweeping:
     """What the command line wants of a sweep; Hydra leaves no other way to hand it to `plan_batch`."""
 
-    announce: Callable[[sweep.Plan], Any] = lambda plan: None  # what is done once the plan stands
+    announce: Callable[[Plan], Any] = lambda plan: None  # what is done once the plan stands
     only_plan: bool = False  # stop then
-    plan: sweep.Plan | None = (
+    plan: Plan | None = (
         None  # stands already: a launcher has died, and what it left undone is launched again
     )
     single: dict[str, Any] | None = None  # configuration of a run that is no sweep
@@ -128,7 +129,7 @@ def plan_batch(self: Any, batch: list[list[str]]) -> None:
             cell for overrides in batch for cell in expand_cases(self.config, list(overrides))
         ]
         composer = Composer(lambda choices: loader.load_sweep_config(self.config, choices))
-        sweeping.plan = sweep.make_plan(
+        sweeping.plan = make_plan(
             combinations,
             lambda cell: composer.cell(cell) or compose_cell(loader, self.config, cell),
         )
@@ -136,7 +137,7 @@ def plan_batch(self: Any, batch: list[list[str]]) -> None:
         sweeping.announce(sweeping.plan)
         if sweeping.only_plan:
             raise NothingToRun
-        sweep.record_inapplicable(sweeping.plan)
+        record_inapplicable(sweeping.plan)
         launchers.warm_up(launchers.name_of(self.config.hydra), sweeping.plan)
     done = sweeping.done()
     batch[:] = [cell.overrides for cell in sweeping.plan.to_run if cell.name not in done]
@@ -258,9 +259,7 @@ def call_hydra(
     with_hydra(action, pairs)
 
 
-def plan_only(
-    announce: Callable[[sweep.Plan], Any], flags: Sequence[str], pairs: Sequence[str]
-) -> None:
+def plan_only(announce: Callable[[Plan], Any], flags: Sequence[str], pairs: Sequence[str]) -> None:
     """Plan a sweep and run none of it."""
     sweeping.plan, sweeping.announce, sweeping.only_plan = None, announce, True
     with tempfile.TemporaryDirectory(prefix="mpmbench-plan-") as folder:

@@ -1,6 +1,6 @@
 """The process that children are forked from: it has loaded all heavy libraries once and does nothing else.
 
-Run as ``python -m mpmbench.runs.server DESCRIPTOR PARENT``. The client sends a socket to get a
+Run as ``python -m mpmbench.runs.process.server DESCRIPTOR PARENT``. The client sends a socket to get a
 child that serves it, or the number of a child to learn how it ended. When the client goes away the
 server ends, and its children end with it.
 """
@@ -38,7 +38,7 @@ def main(descriptor: int, parent: int) -> None:
 
 def answer_requests(control: socket.socket) -> None:
     """Start children and tell how they ended, until the client hangs up."""
-    from mpmbench.runs import worker
+    from mpmbench.runs.process import worker
 
     server = os.getpid()
     while True:

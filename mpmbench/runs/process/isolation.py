@@ -18,7 +18,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from mpmbench.runs.environment import prepare
+from mpmbench.runs.process.environment import prepare
 
 WATCH_EVERY = 0.05  # seconds between two looks at the memory of a child
 
@@ -50,7 +50,7 @@ class Ended(Exception):
 
 @dataclass
 class Server:
-    """Our end of the process that children are forked from (`mpmbench.runs.server`)."""
+    """Our end of the process that children are forked from (`mpmbench.runs.process.server`)."""
 
     control: socket.socket
     process: subprocess.Popen[bytes]
@@ -64,7 +64,7 @@ class Server:
             sys.executable,
             "-P",
             "-m",
-            "mpmbench.runs.server",
+            "mpmbench.runs.process.server",
             str(theirs.fileno()),
             str(os.getpid()),
         ]
@@ -112,7 +112,7 @@ class Server:
 
 @dataclass
 class Child:
-    """A process that answers the requests of `mpmbench.runs.worker`."""
+    """A process that answers the requests of `mpmbench.runs.process.worker`."""
 
     server: Server
     connection: Connection

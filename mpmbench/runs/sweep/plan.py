@@ -7,7 +7,7 @@ from typing import Any
 
 from mpmbench.results.identity import code_digests, code_hash, config_hash, result_path
 from mpmbench.results.provenance import attributes
-from mpmbench.runs import execute
+from mpmbench.runs.sweep import execute
 
 # The same code would fail the same way again; whatever else failed may have been the machine's or
 # the user's doing.

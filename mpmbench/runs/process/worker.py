@@ -15,7 +15,7 @@ from mpmbench import case
 from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.results import netcdf
 from mpmbench.results.provenance import library_versions
-from mpmbench.runs.turns import undisturbed_since
+from mpmbench.runs.process.exclusive import undisturbed_since
 
 LONGEST_REASON = 200  # characters; the file keeps the whole traceback
 REPORT_EVERY = 0.02  # seconds between two progress messages
@@ -142,11 +142,11 @@ def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict
 
 
 def score(name: str) -> Callable[..., Any]:
-    """A function of `mpmbench.runs.scoring`, imported when it is needed; what it raises becomes a sentence."""
+    """A function of `mpmbench.runs.process.scoring`, imported when it is needed; what it raises becomes a sentence."""
 
     def answer(connection: Connection, *arguments: Any) -> Any:
         try:
-            from mpmbench.runs import scoring
+            from mpmbench.runs.process import scoring
 
             return getattr(scoring, name)(connection, *arguments)
         except (Exception, SystemExit) as error:

@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from mpmbench.runs.execute import Record
+from mpmbench.runs.sweep.execute import Record
 from mpmbench.settings.schema import BadInput
 
 PREFIX = "mpmbench-sweep-"

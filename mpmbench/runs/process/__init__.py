@@ -1,0 +1,1 @@
+"""The side of the child process that runs one case, and what guards it."""

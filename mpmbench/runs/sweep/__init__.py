@@ -1,0 +1,1 @@
+"""The side of a command: plan, run and follow many cases."""
