@@ -19,17 +19,17 @@ from mpmbench.settings.schema import GROUPS, BadInput, experiments, options, shi
 # is imported on use.
 VERBS = {
     "list": (
-        "mpmbench.runs.listing:main",
+        "mpmbench.commands.list:main",
         "[NAME]",
         "what there is, or what applies to one problem",
     ),
     "status": (
-        "mpmbench.runs.status:main",
+        "mpmbench.commands.status:main",
         "[RESULTS | KEY=VALUE]",
         "what is finished, stale, failed or missing",
     ),
     "reproduce": (
-        "mpmbench.runs.reproduce:main",
+        "mpmbench.commands.reproduce:main",
         "PAPER",
         "run what is missing of a paper, then write its report",
     ),
@@ -39,32 +39,32 @@ VERBS = {
         "write the report of a folder of results",
     ),
     "compare": (
-        "mpmbench.runs.compare:main",
+        "mpmbench.commands.compare:main",
         "A B",
         "what is better or worse in folder B than in A",
     ),
     "merge": (
-        "mpmbench.runs.merge:main",
+        "mpmbench.commands.merge:main",
         "TARGET A B...",
         "results of several machines in one folder",
     ),
     "rerun": (
-        "mpmbench.runs.rerun:main",
+        "mpmbench.commands.rerun:main",
         "FILE.nc",
         "run again from a result file: is the same the result?",
     ),
     "check": (
-        "mpmbench.runs.check:main",
+        "mpmbench.commands.check:main",
         "FILE.py",
         "does a plug-in keep its contract? a scorecard",
     ),
     "export": (
-        "mpmbench.runs.export:main",
+        "mpmbench.commands.export:main",
         "RESULT --vtk|--csv",
         "particles for ParaView, or everything as CSV",
     ),
     "warmup": (
-        "mpmbench.runs.warmup:main",
+        "mpmbench.commands.warmup:main",
         "[KEY=VALUE...]",
         "compile the kernels that a sweep needs beforehand",
     ),

@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from mpmbench.case import solve
+from mpmbench.commands import bisect
 from mpmbench.core import registry
 from mpmbench.core.geometry import Box
 from mpmbench.papers import (
@@ -28,7 +29,6 @@ from mpmbench.papers.kit import subset
 from mpmbench.papers.wobbes2020 import errata, spectra, survival, table1
 from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, judge
 from mpmbench.results import completion
-from mpmbench.runs import bisect
 from mpmbench.runs.hydra import compose
 from mpmbench.settings import schema
 from tests.core import support

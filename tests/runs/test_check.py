@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from mpmbench.runs import check
+from mpmbench.commands import check
 from mpmbench.runs.hydra import compose
 from mpmbench.runs.process import scoring
 from mpmbench.settings.schema import PACKAGE, options

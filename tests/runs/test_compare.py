@@ -6,8 +6,8 @@ import netCDF4
 import numpy as np
 import pytest
 
+from mpmbench.commands import compare
 from mpmbench.results import netcdf
-from mpmbench.runs import compare
 from tests.runs.conftest import start
 
 SWEEP = ("-m", "method=mpm,otm", "basis=linear", "resolution=4,8,16,32,64")

@@ -7,8 +7,8 @@ import psutil
 import pytest
 
 from mpmbench import report
+from mpmbench.commands import reproduce
 from mpmbench.results import completion
-from mpmbench.runs import reproduce
 from tests.runs.conftest import PLUGINS, start
 
 EXPERIMENT = """\

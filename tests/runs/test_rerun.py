@@ -5,7 +5,7 @@ import json
 import netCDF4
 import numpy as np
 
-from mpmbench.runs.rerun import relative_difference
+from mpmbench.commands.rerun import relative_difference
 
 
 def result_of(folder):

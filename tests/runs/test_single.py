@@ -9,7 +9,6 @@ import pytest
 import xarray as xr
 
 from mpmbench.results import netcdf
-from mpmbench.runs import listing
 from mpmbench.settings.schema import options
 
 ATTRIBUTES = {

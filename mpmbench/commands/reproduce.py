@@ -21,8 +21,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mpmbench.commands import bisect
 from mpmbench.results import completion
-from mpmbench.runs import bisect
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.settings.schema import (
     PACKAGE,
