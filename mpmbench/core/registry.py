@@ -6,19 +6,21 @@ Nothing is imported before it is asked for, so that a run compiles and loads onl
 import importlib
 import importlib.util
 import os
-import pkgutil
+import re
 import sys
 from collections.abc import Callable
+from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, TypeVar
 
 from mpmbench.core.moved import keep_old_places
 
+PACKAGE = Path(__file__).parents[1]
 PACKAGES = {
     "basis": "mpmbench.core.bases",
     "material": "mpmbench.core.materials",
-    "method": "mpmbench.core.choices",
+    "method": "mpmbench.core.loops",
     "problem": "mpmbench.problems",
 }
 _registered: dict[str, dict[str, Any]] = {kind: {} for kind in PACKAGES}
@@ -49,23 +51,29 @@ def get(kind: str, name: str) -> Any:
     KeyError
         When no file and no plug-in registers this name.
     """
-    if (
-        name not in _registered[kind]
-        and importlib.util.find_spec(f"{PACKAGES[kind]}.{name}") is not None
-    ):
-        importlib.import_module(f"{PACKAGES[kind]}.{name}")
+    if name not in _registered[kind] and name in places(kind):
+        importlib.import_module(places(kind)[name])
     if name not in _registered[kind]:
         load_plugins()
     return _registered[kind][name]
 
 
+@cache
+def places(kind: str) -> dict[str, str]:
+    """Module of each of our own plug-ins of one kind, by name; read from the text, without importing."""
+    folder = PACKAGE / PACKAGES[kind].partition(".")[2].replace(".", "/")
+    mark = re.compile(rf'register\("{kind}", "(\w+)"\)')
+    return {
+        name: ".".join(("mpmbench", *file.relative_to(PACKAGE).with_suffix("").parts))
+        for file in sorted(folder.rglob("*.py"))
+        for name in mark.findall(file.read_text(encoding="utf-8"))
+    }
+
+
 def names(kind: str) -> list[str]:
-    """All names of one kind, sorted; imports every file of that kind."""
-    package = importlib.import_module(PACKAGES[kind])
-    for module in pkgutil.iter_modules(package.__path__):
-        importlib.import_module(f"{PACKAGES[kind]}.{module.name}")
+    """All names of one kind, sorted."""
     load_plugins()
-    return sorted(_registered[kind])
+    return sorted({*places(kind), *_registered[kind]})
 
 
 def plugin_folders() -> list[Path]:

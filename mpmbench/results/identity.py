@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from mpmbench.core.registry import PACKAGES, plugin_files
+from mpmbench.core.registry import PACKAGES, places, plugin_files
 from mpmbench.settings.schema import PACKAGE
 
 # What does not change a result, so that changing it makes no finished run worthless.
@@ -73,13 +73,11 @@ def code_digests(config: dict[str, Any]) -> dict[str, str]:
     }
     found: dict[str, str] = {}
     waiting = ["case/build.py", "core/registry.py"]
-    for group, package in PACKAGES.items():
-        name = (
-            config[group].get("time") or config[group]["name"]
-        )  # a method's choices name its time loop
-        chosen = f"{package.partition('.')[2].replace('.', '/')}/{name}.py"
-        if chosen in ours:
-            waiting.append(chosen)
+    for group in PACKAGES:
+        # A method's choices name its time loop.
+        chosen = places(group).get(config[group].get("time") or config[group]["name"])
+        if chosen is not None:
+            waiting.append(chosen.partition(".")[2].replace(".", "/") + ".py")
         else:
             for file in plugin_files():
                 found[file.name], imported = _meaning(file, file.stat().st_mtime_ns)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from mpmbench.commands import list as listing
 from mpmbench.results import netcdf
 from mpmbench.settings.schema import options
 
