@@ -12,11 +12,13 @@ from typing import Any
 import numba
 import numpy as np
 
-from mpmbench.core import threads
+from mpmbench import case
+from mpmbench.case.build import _time_step, dataset
+from mpmbench.core.compiled import threads
 from mpmbench.core.errors import SolverFailure
 from mpmbench.core.simulation import Solution, simulate
-from mpmbench.runs import case, compose
-from mpmbench.runs.provenance import processor
+from mpmbench.results.provenance import processor
+from mpmbench.runs.hydra import compose
 
 # What every run of a problem starts from: coarse, but particles cross cells, and strains are large.
 SMALL = {
@@ -126,7 +128,10 @@ def compute(runs: list[str]) -> list[tuple[dict[str, np.ndarray], dict[str, Any]
         threads.use(1)
         try:
             state = case.build(plugins)
-            time_step, end = case._time_step(config, plugins, state), float(config["end_time"])
+            time_step, end = (
+                _time_step(config, plugins, state),
+                float(config["end_time"]),
+            )
             if not callable(time_step):
                 end = min(end, STEPS * time_step)
             solution = simulate(state, time_step, end)
@@ -136,7 +141,7 @@ def compute(runs: list[str]) -> list[tuple[dict[str, np.ndarray], dict[str, Any]
         if state is not None:
             fields = {name: getattr(state.particles, name) for name in FIELDS}
             fields["nodes"] = state.basis.nodes
-        data = case.dataset(config, plugins, state, solution, 0.0)
+        data = dataset(config, plugins, state, solution, 0.0)
         errors = {
             str(name): float(data[name])
             for name in data
