@@ -115,7 +115,7 @@ def _instantiate(kind: str, cls: type, settings: Mapping[str, Any]) -> Any:
     try:
         return cls(**settings)
     except BadSetting as error:
-        raise BadSetting(f"{kind}.{error.key}", error.value, error.allowed) from None
+        raise BadSetting(f"{kind}.{error.key}", error.value, error.allowed, error.hint) from None
 
 
 def check(config: Config) -> None:

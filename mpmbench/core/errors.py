@@ -12,11 +12,13 @@ class BadSetting(ValueError):
         What was given.
     allowed : str
         What would have been accepted, for example ``"a number greater than 1"``.
+    hint : str
+        What is said after that.
     """
 
-    def __init__(self, key: str, value: object, allowed: str) -> None:
-        super().__init__(f"{key} = {value!r}: {allowed} is needed")
-        self.key, self.value, self.allowed = key, value, allowed
+    def __init__(self, key: str, value: object, allowed: str, hint: str = "") -> None:
+        super().__init__(f"{key} = {value!r}: {allowed} is needed{hint}")
+        self.key, self.value, self.allowed, self.hint = key, value, allowed, hint
 
 
 class NotApplicable(Exception):

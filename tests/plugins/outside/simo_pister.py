@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from mpmbench.core.algebra import determinant
 
+from mpmbench.core.algebra import determinant
 from mpmbench.core.compiled import implements
 from mpmbench.core.materials import cauchy_stress, energy_density
 from mpmbench.core.materials.isotropic import IsotropicElastic, Lame
