@@ -13,7 +13,8 @@ import numba
 import numpy as np
 
 from mpmbench import case
-from mpmbench.case.build import _time_step, dataset
+from mpmbench.case.build import step_size
+from mpmbench.case.output import dataset
 from mpmbench.core.compiled import threads
 from mpmbench.core.errors import SolverFailure
 from mpmbench.core.simulation import Solution, simulate
@@ -129,7 +130,7 @@ def compute(runs: list[str]) -> list[tuple[dict[str, np.ndarray], dict[str, Any]
         try:
             state = case.build(plugins)
             time_step, end = (
-                _time_step(config, plugins, state),
+                step_size(config, plugins, state),
                 float(config["end_time"]),
             )
             if not callable(time_step):

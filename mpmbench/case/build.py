@@ -1,154 +1,20 @@
-"""From a resolved configuration to a result: builds the plug-ins, runs the simulation, and measures the errors."""
+"""From the plug-ins of a run to its solution: the initial state, the time step, and the steps."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable
 from time import perf_counter
-from typing import Any
 
-import numpy as np
 import xarray as xr
 
-from mpmbench.analysis.norms import error_norms
-from mpmbench.core import registry
-from mpmbench.core.bases import BasisSettings
-from mpmbench.core.choices import Choices
-from mpmbench.core.compiled import has_version, threads
-from mpmbench.core.errors import BadSetting, NotApplicable, SolverFailure, require
-from mpmbench.core.geometry import Box
-from mpmbench.core.materials import Material
+from mpmbench.case.output import dataset
+from mpmbench.case.read import Case, Config, read
+from mpmbench.core.compiled import threads
+from mpmbench.core.errors import SolverFailure
 from mpmbench.core.particles import Particles
 from mpmbench.core.simulation import Body, Solution, build_state, simulate
 from mpmbench.core.stability import stability_limit
 from mpmbench.core.state import State
-from mpmbench.problems import Problem
 
-Config = Mapping[str, Any]
 Progress = Callable[[float, float], None]
-UNITS = {"displacement": "m", "velocity": "m s-1", "stress": "Pa"}
-
-
-@dataclass(frozen=True)
-class Case:
-    """The plug-ins of one run, with their settings checked."""
-
-    problem: Problem
-    choices: Choices
-    basis: BasisSettings
-    material: Material
-    basis_name: str
-    resolution: int
-    particles_per_cell: int
-
-
-def read(config: Config) -> Case:
-    """Instantiate the plug-ins of a configuration.
-
-    Raises
-    ------
-    BadSetting
-        With the full key of the setting, for example ``basis.d_max``.
-    NotApplicable
-        When the combination cannot be run.
-    """
-    method = dict(config["method"])
-    choices = _instantiate("method", Choices, method)
-    built = {kind: _plugin(kind, config[kind]) for kind in ("problem", "basis", "material")}
-    if hasattr(built["problem"], "random_seed"):
-        built["problem"] = replace(built["problem"], random_seed=int(config.get("seed", 0)))
-    resolution, per_cell = int(config["resolution"]), int(config["particles_per_cell"])
-    require(resolution >= 1, "resolution", config["resolution"], "a whole number >= 1")
-    case = Case(
-        **built,
-        choices=choices,
-        basis_name=config["basis"]["name"],
-        resolution=resolution,
-        particles_per_cell=per_cell,
-    )
-    problem, dimension = case.problem, case.problem.dimension
-    problem.check_particles(per_cell)
-    try:
-        step = registry.get("method", choices.time)
-    except KeyError:
-        raise BadSetting(
-            "method.time", choices.time, "one of " + ", ".join(registry.names("method"))
-        ) from None
-    getattr(step, "check", lambda _: None)(choices)
-    getattr(step, "check_basis", lambda _: None)(case.basis_name)
-    getattr(case.basis, "check", lambda *_: None)(choices, problem.touches_fixed_nodes)
-    if choices.ghost_stiffness > 0.0 and not getattr(case.basis, "background_grid", False):
-        raise NotApplicable(
-            f"method.ghost_stiffness > 0 needs a background grid, and basis={case.basis_name} has none"
-        )
-    needs = getattr(step, "needs", None)
-    if needs is not None and not has_version(needs, type(case.material.law)):
-        name = config["material"]["name"]
-        raise NotApplicable(
-            f"method.time={choices.time} needs {needs.__name__}, which material={name} does not have"
-        )
-    if dimension not in case.basis.promises.dimensions:
-        raise NotApplicable(f"basis={case.basis_name} does not exist in {dimension}D")
-    problem.check(case.material, choices, case.basis_name, resolution)
-    if case.basis.promises.grid and not isinstance(problem.nodes(resolution, choices), Box):
-        raise NotApplicable(
-            f"basis={case.basis_name} needs a grid, and {config['problem']['name']} has free nodes"
-        )
-    return case
-
-
-def _plugin(kind: str, settings: Mapping[str, Any]) -> Any:
-    return _instantiate(
-        kind,
-        registry.get(kind, settings["name"]),
-        {k: v for k, v in settings.items() if k != "name"},
-    )
-
-
-def _instantiate(kind: str, cls: type, settings: Mapping[str, Any]) -> Any:
-    known = {field.name for field in fields(cls)}
-    for key in settings:
-        require(
-            key in known,
-            f"{kind}.{key}",
-            settings[key],
-            f"a key that {kind} has ({', '.join(sorted(known))})",
-        )
-    try:
-        return cls(**settings)
-    except BadSetting as error:
-        raise BadSetting(f"{kind}.{error.key}", error.value, error.allowed, error.hint) from None
-
-
-def check(config: Config) -> None:
-    """Validate a configuration without building anything large; raises as `read` does."""
-    read(config)
-
-
-def estimate_memory(config: Config) -> float:
-    """Upper estimate of the memory that a run takes [MiB]."""
-    case = read(config)
-    dim = case.problem.dimension
-    geometry = case.problem.nodes(case.resolution, case.choices)
-    cells = (
-        float(np.prod([float(n) for n in geometry.cells]))
-        if isinstance(geometry, Box)
-        else len(geometry.nodes)
-    )
-    particle = (
-        8.0 * (8 + 5 * dim + 3 * dim**2) * 4
-    )  # arrays, their snapshots, and the state that is warmed up
-    clouds = case.choices.moving or not case.basis.promises.grid
-    stencil = 8.0 * 5**dim * (2 + 2 * dim) if clouds else 0.0
-    if (
-        case.choices.time != "explicit"
-    ):  # where each pair of functions of a particle goes in the matrix, and its band
-        pairs = (3**dim) ** 2 if clouds else (2**dim) ** 2
-        stencil += 4.0 * pairs
-        cells_across = cells ** (1.0 - 1.0 / dim)
-        band = 8.0 * dim * min(9.0 * dim * cells_across, 2000.0)
-    else:
-        band = 0.0
-    node = 8.0 * (1 + 8 * dim) + (8.0 * 3 * 5**dim if case.choices.mass == "consistent" else 0.0)
-    return (cells * case.particles_per_cell * (particle + stencil) + cells * (node + band)) / 2**20
 
 
 def build(case: Case) -> State:
@@ -189,7 +55,7 @@ def solve(config: Config, progress: Progress | None = None) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        As the house plan says (section 4), without provenance; a numerical failure is a status, not
+        What the result file holds, without provenance; a numerical failure is a status, not
         an exception.
     """
     case = read(config)
@@ -198,7 +64,7 @@ def solve(config: Config, progress: Progress | None = None) -> xr.Dataset:
     start = perf_counter()
     try:
         state = build(case)
-        time_step = _time_step(config, case, state)
+        time_step = step_size(config, case, state)
         warm = build(case)
         first = time_step(warm) if callable(time_step) else time_step
         simulate(
@@ -213,227 +79,9 @@ def solve(config: Config, progress: Progress | None = None) -> xr.Dataset:
     return dataset(config, case, state, solution, compile_time)
 
 
-def _time_step(config: Config, case: Case, state: State) -> float | Callable[[State], float]:
+def step_size(config: Config, case: Case, state: State) -> float | Callable[[State], float]:
     """The constant step, ``cfl`` times the stability limit for ``auto``, or the problem's own adaptive step."""
     if config["time_step"] != "auto":
         return float(config["time_step"])
     adaptive = case.problem.adaptive_step(state)
     return adaptive if adaptive is not None else float(config["cfl"]) * stability_limit(state)
-
-
-def dataset(
-    config: Config, case: Case, state: State | None, solution: Solution, compile_time: float
-) -> xr.Dataset:
-    """All that a run has to say, as one dataset with units."""
-    out = xr.Dataset(
-        attrs={
-            "status": solution.status,
-            "reason": solution.reason,
-            **{kind: config[kind]["name"] for kind in ("problem", "method", "basis", "material")},
-            "mass": case.choices.mass,
-            "resolution": case.resolution,
-            "time_step": solution.time_step
-            if solution.time_step > 0.0
-            else str(config["time_step"]),
-            "particles_per_cell": case.particles_per_cell,
-        }
-    )
-
-    def scalar(name: str, value: float | int | None, unit: str, text: str) -> None:
-        if value is not None:
-            out[name] = ((), value, {"units": unit, "long_name": text})
-
-    scalar("steps", solution.steps, "1", "number of time steps done")
-    scalar("time_reached", solution.time_reached, "s", "simulated time reached")
-    scalar("solver_time", solution.solver_time, "s", "time in the time steps")
-    scalar("compile_time", compile_time, "s", "time for set-up and compiling")
-    if state is None:
-        return out
-    particles, X = state.particles, state.particles.X[state.particles.material]
-    scalar("n_particles", len(X), "1", "number of particles with mass")
-    scalar(
-        "n_nodes", len(state.basis.nodes), "1", "number of nodes (degrees of freedom per component)"
-    )
-    for name, (value, unit, text) in getattr(state.basis, "statistics", dict)().items():
-        scalar(name, value, unit, text)
-    scalar(
-        "n_cell_crossings",
-        solution.cell_crossings,
-        "1",
-        "number of times a particle has changed its grid cell",
-    )
-    _add_history(out, solution, scalar)
-    _add_records(out, solution)
-    _add_snapshots(out, case, particles, X, solution)
-    if solution.status == "ok":
-        _add_errors(case, X, solution, scalar)
-        floor = case.problem.temporal_floor(
-            solution.time_step, solution.time_reached, X, case.material
-        )
-        scalar(
-            "predicted_temporal_floor",
-            floor,
-            "m",
-            "displacement error of the time integration alone, predicted",
-        )
-    for name, (value, unit, text, *dims) in case.problem.quantities(
-        solution, case.material
-    ).items():
-        default = ("time",) if np.ndim(value) else ()
-        out[name] = (dims[0] if dims else default, value, {"units": unit, "long_name": text})
-    return out
-
-
-def _add_history(out: xr.Dataset, solution: Solution, scalar: Callable[..., None]) -> None:
-    history = {name: np.array(values) for name, values in solution.history.items()}
-    out.coords["time"] = ("time", history["time"], {"units": "s", "long_name": "time"})
-    for name, unit, dims in (
-        ("kinetic_energy", "J", ("time",)),
-        ("strain_energy", "J", ("time",)),
-        ("external_work", "J", ("time",)),
-        ("momentum", "kg m s-1", ("time", "dim")),
-        ("angular_momentum", "kg m2 s-1", ("time", "axis")),
-    ):
-        out[name] = (dims, history[name], {"units": unit, "long_name": name.replace("_", " ")})
-    kinetic, energy = (
-        history["kinetic_energy"],
-        history["kinetic_energy"] + history["strain_energy"],
-    )
-    balance = np.abs(energy - history["external_work"] - energy[0])
-    scale = max(energy[0], kinetic.max())
-    scalar(
-        "energy_drift",
-        balance.max() / scale if scale > 0.0 else np.nan,
-        "1",
-        "largest |kinetic + strain - external work - initial energy| over max(initial energy, largest kinetic)",
-    )
-    drift = np.linalg.norm(history["momentum"] - history["momentum"][0], axis=1)
-    scalar("momentum_drift", drift.max(), "kg m s-1", "largest change of total momentum")
-
-
-def _add_records(out: xr.Dataset, solution: Solution) -> None:
-    """What the time loop noted about each step; lists of different lengths are padded with nan."""
-    for name, row_dim, dim, unit, text in (
-        (
-            "newton_residual",
-            "tried",
-            "iteration",
-            "1",
-            "residual of Newton's iteration relative to the external force",
-        ),
-        ("reaction", "solved", "dim", "N", "sum of the forces that hold the constrained nodes"),
-    ):
-        rows = solution.records.get(name)
-        if rows:
-            table = np.full((len(rows), max(len(row) for row in rows)), np.nan)
-            for step, row in enumerate(rows):
-                table[step, : len(row)] = row
-            out[name] = ((row_dim, dim), table)
-            out[name].attrs = {"units": unit, "long_name": text}
-    if "newton_residual" in solution.records:
-        for name, record, text in (
-            (
-                "stiffened_steps",
-                "stiffened_at",
-                "number of steps that converged with a stiffer tangent only",
-            ),
-            (
-                "halved_steps",
-                "halved_at",
-                "number of steps that did not converge and were done in two halves",
-            ),
-        ):
-            out[name] = (
-                (),
-                len(solution.records.get(record, [])),
-                {"units": "1", "long_name": text},
-            )
-
-
-def _add_snapshots(
-    out: xr.Dataset, case: Case, p: Particles, X: np.ndarray, solution: Solution
-) -> None:
-    keep = p.material
-    shots = solution.snapshots
-    times = np.array([shot["time"] for shot in shots])
-    out.coords["snapshot_time"] = (
-        "snapshot",
-        times,
-        {"units": "s", "long_name": "time of the snapshot"},
-    )
-    out["position_initial"] = (
-        ("particle", "dim"),
-        X,
-        {"units": "m", "long_name": "initial position"},
-    )
-    vector, tensor = ("snapshot", "particle", "dim"), ("snapshot", "particle", "dim", "dim2")
-    position = np.array([shot["x"][keep] for shot in shots])
-    computed = {
-        "position": (vector, position, "m"),
-        "displacement": (vector, position - X, "m"),
-        "velocity": (vector, np.array([shot["v"][keep] for shot in shots]), "m s-1"),
-        "stress": (tensor, np.array([shot["sigma"][keep] for shot in shots]), "Pa"),
-        "volume": (
-            ("snapshot", "particle"),
-            np.array([shot["V"][keep] for shot in shots]),
-            f"m{p.dimension}",
-        ),
-    }
-    for name, (dims, values, unit) in computed.items():
-        out[name] = (dims, values, {"units": unit, "long_name": name})
-    for name, (column, unit, text) in getattr(case.material, "outputs", {}).items():
-        values = np.array([shot["state"][keep, column] for shot in shots])
-        out[name] = (("snapshot", "particle"), values, {"units": unit, "long_name": text})
-    half = _velocity_lag(case, solution)
-    for name, dims in (("displacement", vector), ("velocity", vector), ("stress", tensor)):
-        exact = [_exact(case, X, t, half if t > 0.0 else 0.0).get(name) for t in times]
-        if all(part is not None for part in exact):
-            out[f"{name}_exact"] = (
-                dims,
-                np.array(exact),
-                {"units": UNITS[name], "long_name": f"exact {name}"},
-            )
-
-
-def _velocity_lag(case: Case, solution: Solution) -> float:
-    """How much earlier than positions velocities live [s]: half a step of the leapfrog scheme."""
-    return 0.5 * solution.time_step if case.choices.time == "explicit" else 0.0
-
-
-def _exact(case: Case, X: np.ndarray, t: float, half_step: float) -> dict[str, np.ndarray]:
-    """Exact fields at t, the velocity half a step earlier, where that of the leapfrog scheme lives."""
-    exact = dict(case.problem.exact(X, t, case.material))
-    if "velocity" in exact:
-        exact["velocity"] = case.problem.exact(X, t - half_step, case.material)["velocity"]
-    return exact
-
-
-def _add_errors(case: Case, X: np.ndarray, solution: Solution, scalar: Callable[..., None]) -> None:
-    last, t = solution.snapshots[-1], solution.time_reached
-    n = len(X)
-    computed = {
-        "displacement": last["x"][:n] - X,
-        "velocity": last["v"][:n],
-        "stress": last["sigma"][:n],
-    }
-    references = {"": _exact(case, X, t, _velocity_lag(case, solution))}
-    references["_alternative"] = case.problem.alternative(X, t, case.material)
-    for suffix, exact in references.items():
-        for name, reference in exact.items():
-            error, relative = error_norms(computed[name], reference)
-            text = f"root mean square error of the {name}" + (
-                " against the second reference" if suffix else ""
-            )
-            scalar(f"error_{name}_rms{suffix}", error, UNITS[name], text)
-            scalar(
-                f"error_{name}_relative{suffix}", relative, "1", text + ", relative to the field"
-            )
-        if not suffix and "stress" in exact and X.shape[1] > 1:
-            error, relative = error_norms(computed["stress"][:, 0, 0], exact["stress"][:, 0, 0])
-            scalar(
-                "error_stress_11_rms",
-                error,
-                "Pa",
-                "root mean square error of the normal stress along x_1",
-            )
-            scalar("error_stress_11_relative", relative, "1", "the same, relative to the field")

@@ -1,0 +1,142 @@
+"""From a resolved configuration to the plug-ins of one run, with all that speaks against it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from mpmbench.core import registry
+from mpmbench.core.bases import BasisSettings
+from mpmbench.core.choices import Choices
+from mpmbench.core.compiled import has_version
+from mpmbench.core.errors import BadSetting, NotApplicable, require
+from mpmbench.core.geometry import Box
+from mpmbench.core.materials import Material
+from mpmbench.problems import Problem
+
+Config = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Case:
+    """The plug-ins of one run, with their settings checked."""
+
+    problem: Problem
+    choices: Choices
+    basis: BasisSettings
+    material: Material
+    basis_name: str
+    resolution: int
+    particles_per_cell: int
+
+
+def read(config: Config) -> Case:
+    """Instantiate the plug-ins of a configuration.
+
+    Raises
+    ------
+    BadSetting
+        With the full key of the setting, for example ``basis.d_max``.
+    NotApplicable
+        When the combination cannot be run.
+    """
+    method = dict(config["method"])
+    choices = _instantiate("method", Choices, method)
+    built = {kind: _plugin(kind, config[kind]) for kind in ("problem", "basis", "material")}
+    if hasattr(built["problem"], "random_seed"):
+        built["problem"] = replace(built["problem"], random_seed=int(config.get("seed", 0)))
+    resolution, per_cell = int(config["resolution"]), int(config["particles_per_cell"])
+    require(resolution >= 1, "resolution", config["resolution"], "a whole number >= 1")
+    case = Case(
+        **built,
+        choices=choices,
+        basis_name=config["basis"]["name"],
+        resolution=resolution,
+        particles_per_cell=per_cell,
+    )
+    problem, dimension = case.problem, case.problem.dimension
+    problem.check_particles(per_cell)
+    try:
+        step = registry.get("method", choices.time)
+    except KeyError:
+        raise BadSetting(
+            "method.time", choices.time, "one of " + ", ".join(registry.names("method"))
+        ) from None
+    getattr(step, "check", lambda _: None)(choices)
+    getattr(step, "check_basis", lambda _: None)(case.basis_name)
+    getattr(case.basis, "check", lambda *_: None)(choices, problem.touches_fixed_nodes)
+    if choices.ghost_stiffness > 0.0 and not getattr(case.basis, "background_grid", False):
+        raise NotApplicable(
+            f"method.ghost_stiffness > 0 needs a background grid, and basis={case.basis_name} has none"
+        )
+    needs = getattr(step, "needs", None)
+    if needs is not None and not has_version(needs, type(case.material.law)):
+        name = config["material"]["name"]
+        raise NotApplicable(
+            f"method.time={choices.time} needs {needs.__name__}, which material={name} does not have"
+        )
+    if dimension not in case.basis.promises.dimensions:
+        raise NotApplicable(f"basis={case.basis_name} does not exist in {dimension}D")
+    problem.check(case.material, choices, case.basis_name, resolution)
+    if case.basis.promises.grid and not isinstance(problem.nodes(resolution, choices), Box):
+        raise NotApplicable(
+            f"basis={case.basis_name} needs a grid, and {config['problem']['name']} has free nodes"
+        )
+    return case
+
+
+def _plugin(kind: str, settings: Mapping[str, Any]) -> Any:
+    return _instantiate(
+        kind,
+        registry.get(kind, settings["name"]),
+        {k: v for k, v in settings.items() if k != "name"},
+    )
+
+
+def _instantiate(kind: str, cls: type, settings: Mapping[str, Any]) -> Any:
+    known = {field.name for field in fields(cls)}
+    for key in settings:
+        require(
+            key in known,
+            f"{kind}.{key}",
+            settings[key],
+            f"a key that {kind} has ({', '.join(sorted(known))})",
+        )
+    try:
+        return cls(**settings)
+    except BadSetting as error:
+        raise BadSetting(f"{kind}.{error.key}", error.value, error.allowed, error.hint) from None
+
+
+def check(config: Config) -> None:
+    """Validate a configuration without building anything large; raises as `read` does."""
+    read(config)
+
+
+def estimate_memory(config: Config) -> float:
+    """Upper estimate of the memory that a run takes [MiB]."""
+    case = read(config)
+    dim = case.problem.dimension
+    geometry = case.problem.nodes(case.resolution, case.choices)
+    cells = (
+        float(np.prod([float(n) for n in geometry.cells]))
+        if isinstance(geometry, Box)
+        else len(geometry.nodes)
+    )
+    particle = (
+        8.0 * (8 + 5 * dim + 3 * dim**2) * 4
+    )  # arrays, their snapshots, and the state that is warmed up
+    clouds = case.choices.moving or not case.basis.promises.grid
+    stencil = 8.0 * 5**dim * (2 + 2 * dim) if clouds else 0.0
+    if (
+        case.choices.time != "explicit"
+    ):  # where each pair of functions of a particle goes in the matrix, and its band
+        pairs = (3**dim) ** 2 if clouds else (2**dim) ** 2
+        stencil += 4.0 * pairs
+        cells_across = cells ** (1.0 - 1.0 / dim)
+        band = 8.0 * dim * min(9.0 * dim * cells_across, 2000.0)
+    else:
+        band = 0.0
+    node = 8.0 * (1 + 8 * dim) + (8.0 * 3 * 5**dim if case.choices.mass == "consistent" else 0.0)
+    return (cells * case.particles_per_cell * (particle + stencil) + cells * (node + band)) / 2**20
