@@ -1,8 +1,7 @@
 """A time loop from outside: the explicit one with viscous damping of the particles, for rest positions."""
 
-from mpmbench.core.methods import explicit
-
 from mpmbench.core.materials import cauchy_stress
+from mpmbench.core.methods import explicit
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from mpmbench.core.methods import Choices
 
 from mpmbench.core.geometry import Box
 from mpmbench.core.materials import Material
+from mpmbench.core.methods import Choices
 from mpmbench.core.particles import seed_cells
 from mpmbench.core.registry import register
 from mpmbench.problems import Fields, Problem
