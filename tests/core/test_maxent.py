@@ -9,7 +9,7 @@ from mpmbench.core.bases.bspline import BSpline
 from mpmbench.core.bases.entropy_basis import EntropyBasis
 from mpmbench.core.bases.entropy_nodes import make_work
 from mpmbench.core.bases.entropy_points import evaluate_range
-from mpmbench.core.bases.lean import LANES, exponentiate, lean
+from mpmbench.core.bases.lean import exponentiate, lean
 from mpmbench.core.bases.lme import LocalMaxEnt, nodal_spacing
 from mpmbench.core.bases.maxent import MaxEnt
 from mpmbench.core.bases.search import make_buckets, nearest_distances
@@ -338,18 +338,35 @@ def test_nearest_distances() -> None:
     assert np.allclose(nearest_distances(nodes), distances.min(axis=1))
 
 
-def test_exponentials() -> None:
-    @lean
-    def exponentials_of(values):  # type: ignore[no-untyped-def]
-        for block in range(0, values.shape[0], LANES):
-            exponentiate(values, block)
+@lean
+def exponentials_of(values):  # type: ignore[no-untyped-def]
+    """In the decorator's setting that the solver uses."""
+    exponentiate(values, values.shape[0])
 
+
+def test_exponentials() -> None:
     x = np.concatenate(
         [np.linspace(-708.0, 708.0, 7993), [0.0, 1e-300, -1e-17, 0.34657, -0.34658, 1.0, -1.0]]
     )
-    values = x[: len(x) // LANES * LANES].copy()
+    for count in (len(x), 13):  # vector instructions, and what is left over behind them
+        values = x[-count:].copy()
+        exponentials_of(values)
+        assert np.abs(values / np.exp(x[-count:]) - 1.0).max() < 5e-16
+
+
+def test_exponentials_of_extreme_values() -> None:
+    """Beyond the range of doubles the nearest end, without overflow; what is no number stays none."""
+    x = np.array(
+        [-np.inf, -1e308, -745.0, -708.0, 708.0, 709.9, 1e308, np.inf, np.nan, -np.nan] * 3
+    )
+    values = x.copy()
     exponentials_of(values)
-    assert np.abs(values / np.exp(x[: len(values)]) - 1.0).max() < 5e-16
+    with np.errstate(invalid="ignore"):
+        assert np.allclose(
+            values, np.exp(np.clip(x, -708.0, 708.0)), rtol=5e-16, atol=0.0, equal_nan=True
+        )
+    assert np.isnan(values[np.isnan(x)]).all()
+    assert np.array_equal(values[np.isfinite(values)], np.abs(values[np.isfinite(values)]))
 
 
 def test_spacing_of_nodes() -> None:

@@ -169,8 +169,7 @@ def weigh(cloud, found, row, work):  # type: ignore[no-untyped-def]
         rim = math.exp(-a)
         for k in range(padded):
             w[k] = -a * rr[k]
-        for block in range(0, padded, LANES):
-            exponentiate(w, block)
+        exponentiate(w, padded)
         for k in range(padded):
             bell = w[k]
             w[k] = bell - rim * (1.0 + a * (1.0 - rr[k]))

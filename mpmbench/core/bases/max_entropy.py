@@ -132,6 +132,7 @@ def newton(cloud, found, reach, last_move, work, step):  # type: ignore[no-untyp
     r = vector(axes)
     H, inverse_H = matrix(axes, axes), matrix(axes, axes)
     smallest_residual = cloud.tolerance * cloud.spacing * reach
+    padded = (found + LANES - 1) // LANES * LANES
     work.e[:found] = 1.0
     for d in range(len(axes)):
         multiplier[d] = 0.0
@@ -144,8 +145,8 @@ def newton(cloud, found, reach, last_move, work, step):  # type: ignore[no-untyp
         size = length(axes, multiplier) * reach
         if size > 300.0:  # else no exponential can overflow
             shift = largest_exponent(axes, found, multiplier, work)
-        for block in range(0, found if iteration > 0 else 0, LANES):
-            exponentials(axes, multiplier, work.dx, shift, work.e, block)
+        if iteration > 0:
+            exponentials(axes, multiplier, work.dx, shift, work.e, padded)
         Z = moments(axes, found, work, r, H)
         if on_trial:
             now = math.log(Z) + shift
