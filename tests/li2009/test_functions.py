@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mpmbench.case import read
-from mpmbench.core.bases.entropy_basis import EntropyBasis
-from mpmbench.core.bases.lme import LocalMaxEnt
+from mpmbench.core.bases.entropy.basis import EntropyBasis
+from mpmbench.core.bases.entropy.lme import LocalMaxEnt
 from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.core.geometry import Box, Cloud
 from mpmbench.core.geometry.triangulate import (

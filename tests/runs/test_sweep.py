@@ -151,7 +151,7 @@ def test_the_code_hash_follows_what_a_run_uses():
         "core/bases/bspline.py",
         "core/materials/neo_hookean.py",
     } <= set(files)
-    assert {"core/bases/maxent.py", "cli.py", "runs/worker.py", "report/page.py"} & set(
+    assert {"core/bases/entropy/maxent.py", "cli.py", "runs/worker.py", "report/page.py"} & set(
         files
     ) == set()
     assert all((PACKAGE / name).exists() for name in files)

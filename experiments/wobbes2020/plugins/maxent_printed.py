@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mpmbench.core.bases import Basis
+from mpmbench.core.bases.clouds.search import nearest_distances
+from mpmbench.core.bases.entropy.maxent import MaxEnt
 from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.bases.maxent import MaxEnt
-from mpmbench.core.bases.search import nearest_distances
 from mpmbench.core.errors import require, require_option
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register

@@ -9,7 +9,7 @@ sigma_j / rho_j^2)`` in place of sigma_j.
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mpmbench.core.bases.kernel import REACH, KernelBasis, cubic_spline
+from mpmbench.core.bases.clouds.sph_kernel import REACH, KernelBasis, cubic_spline
 from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import lean, matrix
 from mpmbench.core.errors import BrokeDown, Diverged, NotApplicable

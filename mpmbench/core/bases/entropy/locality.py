@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mpmbench.core.bases.lean import LANES, lean
-from mpmbench.core.bases.search import cell_along
+from mpmbench.core.bases.clouds.search import cell_along
 from mpmbench.core.compiled import kernel, matrix
 from mpmbench.core.compiled.algebra import determinant, inverse
+from mpmbench.core.compiled.exponentials import LANES, lean
 
 
 class Metric(NamedTuple):

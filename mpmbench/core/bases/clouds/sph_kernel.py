@@ -13,8 +13,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mpmbench.core.bases import Promises
+from mpmbench.core.bases.entropy.lme import nodal_spacing
 from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.bases.lme import nodal_spacing
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box, Geometry

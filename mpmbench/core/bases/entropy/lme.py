@@ -8,11 +8,11 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from mpmbench.core.bases import Promises
-from mpmbench.core.bases.cloud import CloudBasis
-from mpmbench.core.bases.consistent import ConsistentGradients
-from mpmbench.core.bases.entropy_basis import PROMISES, EntropyBasis
-from mpmbench.core.bases.entropy_nodes import GAUSSIAN
-from mpmbench.core.bases.truncated_entropy import truncated_basis
+from mpmbench.core.bases.clouds.cloud import CloudBasis
+from mpmbench.core.bases.entropy.basis import PROMISES, EntropyBasis
+from mpmbench.core.bases.entropy.consistent import ConsistentGradients
+from mpmbench.core.bases.entropy.priors import GAUSSIAN
+from mpmbench.core.bases.entropy.truncated import truncated_basis
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import BadSetting, NotApplicable, require, require_option
 from mpmbench.core.geometry import Box, Geometry

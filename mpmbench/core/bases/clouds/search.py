@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mpmbench.core.bases.lean import lean
+from mpmbench.core.compiled.exponentials import lean
 
 
 class Buckets(NamedTuple):

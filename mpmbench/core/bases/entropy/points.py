@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from mpmbench.core.bases.entropy_nodes import gather, weigh
-from mpmbench.core.bases.lean import lean, matrix, vector
-from mpmbench.core.bases.max_entropy import (
+from mpmbench.core.bases.entropy.locality import push
+from mpmbench.core.bases.entropy.priors import gather, weigh
+from mpmbench.core.bases.entropy.solve import (
     COUNTED_MOVE,
     DONE,
     FLAT,
@@ -15,7 +15,7 @@ from mpmbench.core.bases.max_entropy import (
     finish,
     newton,
 )
-from mpmbench.core.bases.metric import push
+from mpmbench.core.compiled.exponentials import lean, matrix, vector
 
 INWARDS = (
     2.0**-23

@@ -6,14 +6,14 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mpmbench.core.bases import Promises
-from mpmbench.core.bases.consistent import ConsistentGradients
-from mpmbench.core.bases.entropy_nodes import NodeCloud, make_work
-from mpmbench.core.bases.entropy_points import count_steps, evaluate_range, widest
+from mpmbench.core.bases.clouds.search import fill_buckets, make_buckets
+from mpmbench.core.bases.entropy.consistent import ConsistentGradients
+from mpmbench.core.bases.entropy.locality import Metric, clip, convect
+from mpmbench.core.bases.entropy.points import count_steps, evaluate_range, widest
+from mpmbench.core.bases.entropy.priors import NodeCloud, make_work
+from mpmbench.core.bases.entropy.solve import DONE, FLAT, OUTSIDE, STALLED, TOO_NARROW
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.bases.hull import Hull
-from mpmbench.core.bases.max_entropy import DONE, FLAT, OUTSIDE, STALLED, TOO_NARROW
-from mpmbench.core.bases.metric import Metric, clip, convect
-from mpmbench.core.bases.search import fill_buckets, make_buckets
 from mpmbench.core.compiled import threads
 from mpmbench.core.errors import BadSetting, BrokeDown, NotConverged
 from mpmbench.core.particles import Particles

@@ -6,9 +6,9 @@ from typing import ClassVar
 import numpy as np
 
 from mpmbench.core.bases import Promises
-from mpmbench.core.bases.entropy_basis import PROMISES, EntropyBasis
-from mpmbench.core.bases.entropy_nodes import CUBIC_SPLINE, GAUSSIAN, QUARTIC_SPLINE
-from mpmbench.core.bases.search import nearest_distances
+from mpmbench.core.bases.clouds.search import nearest_distances
+from mpmbench.core.bases.entropy.basis import PROMISES, EntropyBasis
+from mpmbench.core.bases.entropy.priors import CUBIC_SPLINE, GAUSSIAN, QUARTIC_SPLINE
 from mpmbench.core.errors import require, require_option
 from mpmbench.core.geometry import Box, Geometry
 from mpmbench.core.registry import register

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from mpmbench.core.bases import Promises
-from mpmbench.core.bases.cloud import CloudBasis
+from mpmbench.core.bases.clouds.cloud import CloudBasis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import kernel, matrix, vector
 from mpmbench.core.compiled.algebra import inverse

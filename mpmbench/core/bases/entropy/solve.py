@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from mpmbench.core.bases.lean import LANES, exponentials, lean, matrix, vector
+from mpmbench.core.compiled.exponentials import LANES, exponentials, lean, matrix, vector
 
 DONE, TOO_NARROW, OUTSIDE, FLAT, STALLED = 0, 1, 2, 3, 4  # what becomes of a point
 

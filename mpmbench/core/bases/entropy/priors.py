@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mpmbench.core.bases.lean import LANES, exponentiate, lean
-from mpmbench.core.bases.metric import Metric, gather_near
-from mpmbench.core.bases.search import Buckets, cell_of
+from mpmbench.core.bases.clouds.search import Buckets, cell_of
+from mpmbench.core.bases.entropy.locality import Metric, gather_near
 from mpmbench.core.compiled import kernel
+from mpmbench.core.compiled.exponentials import LANES, exponentiate, lean
 
 CUBIC_SPLINE, QUARTIC_SPLINE, GAUSSIAN = 0, 1, 2
 

@@ -14,9 +14,9 @@ from typing import ClassVar
 import numpy as np
 
 from mpmbench.core.bases import Promises
-from mpmbench.core.bases.cloud import CloudBasis
+from mpmbench.core.bases.clouds.cloud import CloudBasis
+from mpmbench.core.bases.entropy.lme import nodal_spacing
 from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.bases.lme import nodal_spacing
 from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import kernel
 from mpmbench.core.errors import BadSetting, NotApplicable, require, require_option
