@@ -1,18 +1,53 @@
-"""mpmbench: particle methods of solid mechanics on the same problem, the same particles and the same norm."""
+"""mpmbench: particle methods of solid mechanics on the same problem, particles and norm.
 
+All that a user or a plug-in needs has its place here, and is imported when it is first used: the
+command line must start without numba and xarray.
+"""
+
+import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mpmbench.results.campaign import open_campaign
+    from mpmbench.api import run as run
+    from mpmbench.api import sweep as sweep
+    from mpmbench.results.campaign import open_campaign as open_campaign
+    from mpmbench.settings.schema import BadInput as BadInput
 
 __version__ = "0.1.0"
-__all__ = ["__version__", "open_campaign"]
+
+NAMES = {  # by the module in which they stand
+    "api": "run sweep",
+    "results.campaign": "open_campaign",
+    "settings.schema": "BadInput",
+    # Geometry, particles and loads
+    "core.geometry": "Box Cloud Geometry tensor_points",
+    "core.particles": "Particles seed_cells",
+    "core.state": "Loads State",
+    "core.simulation": "Body Solution",
+    # What a plug-in registers, and how a run ends without a result
+    "core.registry": "register",
+    "core.setting": "Settings setting",
+    "problems": "Problem Fields",
+    "core.choices": "Choices",
+    "core.materials": "Material cauchy_stress kirchhoff_stress energy_density",
+    "core.materials.isotropic": "IsotropicElastic Lame",
+    "core.bases": "Basis BasisSettings Promises",
+    "core.bases.handle": "Stencils count index interpolate locate scratch spread value",
+    "core.errors": "BadSetting BrokeDown Diverged NotApplicable NotConverged",
+    # Compiled code
+    "core.compiled": "implements inlined kernel lean matrix vector",
+    "core.compiled.algebra": "determinant",
+}
+PLACES = {name: module for module, names in NAMES.items() for name in names.split()}
+__all__ = ["__version__", *PLACES]
 
 
 def __getattr__(name: str) -> Any:
-    """Import `open_campaign` only when it is asked for: the command line must start without xarray."""
-    if name == "open_campaign":
-        from mpmbench.results.campaign import open_campaign
+    """Import a name when it is first asked for."""
+    if name not in PLACES:
+        raise AttributeError(f"module 'mpmbench' has no attribute '{name}'")
+    return getattr(importlib.import_module(f"mpmbench.{PLACES[name]}"), name)
 
-        return open_campaign
-    raise AttributeError(f"module 'mpmbench' has no attribute '{name}'")
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *PLACES})

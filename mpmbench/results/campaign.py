@@ -2,6 +2,7 @@
 
 import json
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -15,27 +16,26 @@ from mpmbench.settings.schema import GROUPS, BadInput
 
 # In this order, and whenever they vary; any other setting only where these do not tell two runs
 # apart.
-AXES = ("problem", "method", "basis", "material", "resolution", "time_step", "particles_per_cell")
+AXES = (
+    *("problem", "method_name", "basis", "material"),
+    *("resolution", "time_step", "particles_per_cell"),
+)
+INEXACT = (None, "nearest", "pad", "ffill", "backfill", "bfill")  # what xarray means by method=
 
 
 class CubeArray(xr.DataArray):
-    """A DataArray in which ``sel(method="otm")`` selects from the dimension ``method``.
-
-    In xarray that argument names the way to look up inexact labels; it still does when there is no
-    such dimension.
-    """
+    """A DataArray that refuses ``sel(method="otm")``, which xarray would silently pass over."""
 
     __slots__ = ()
 
     def sel(self, indexers: Any = None, method: Any = None, *rest: Any, **labels: Any) -> Any:
-        """As `xarray.DataArray.sel`."""
-        if "method" in self.dims and method is not None:
-            return super().sel({**(indexers or {}), "method": method}, None, *rest).sel(**labels)
+        """As `xarray.DataArray.sel`; the dimension of the methods is ``method_name``."""
+        refuse_method(method)
         return super().sel(indexers, method, *rest, **labels)
 
 
 class Cube(xr.Dataset):
-    """A Dataset in which ``sel(method="otm")`` selects from the dimension ``method``; see `CubeArray`."""
+    """A Dataset that refuses ``sel(method="otm")``, which xarray would silently pass over."""
 
     __slots__ = ()
 
@@ -44,10 +44,19 @@ class Cube(xr.Dataset):
         return CubeArray(found) if isinstance(found, xr.DataArray) else found
 
     def sel(self, indexers: Any = None, method: Any = None, *rest: Any, **labels: Any) -> Any:
-        """As `xarray.Dataset.sel`."""
-        if "method" in self.dims and method is not None:
-            return super().sel({**(indexers or {}), "method": method}, None, *rest).sel(**labels)
+        """As `xarray.Dataset.sel`; the dimension of the methods is ``method_name``."""
+        refuse_method(method)
         return super().sel(indexers, method, *rest, **labels)
+
+
+def refuse_method(method: Any) -> None:
+    """Raise `ValueError` for a method of ours where xarray expects a way to look up labels."""
+    if isinstance(method, str | None) and method in INEXACT:
+        return
+    raise ValueError(
+        f"sel(method={method!r}): the dimension of the methods is called method_name, because "
+        f"method= tells xarray how to look up inexact labels; use sel(method_name={method!r})"
+    )
 
 
 def open_campaign(path: str | Path) -> Cube:
@@ -61,7 +70,7 @@ def open_campaign(path: str | Path) -> Cube:
     Returns
     -------
     Cube
-        An `xarray.Dataset` with dimensions ``method``, ``basis``, ``resolution``, ``time_step``,
+        An `xarray.Dataset` with dimensions ``method_name``, ``basis``, ``resolution``, ``time_step``,
         ... as far as they vary, and others by their full key (``"material.density"``); what is the
         same for all runs is an attribute. The scalars are variables with their units, not-a-number
         where there is no run or no value. ``status`` (``"missing"`` where there is no run),
@@ -75,12 +84,23 @@ def open_campaign(path: str | Path) -> Cube:
     Examples
     --------
     >>> cube = mpmbench.open_campaign("results/quickstart")       # doctest: +SKIP
-    >>> cube.error_displacement_rms.sel(method="otm").plot()      # doctest: +SKIP
+    >>> cube.error_displacement_rms.sel(method_name="otm").plot()  # doctest: +SKIP
     """
-    runs = read_runs(Path(path))
-    if not runs:
+    cube = cube_of(sorted(Path(path).glob("*.nc")))
+    if not cube:
         raise FileNotFoundError(f"{path}: there are no results of mpmbench in this folder")
-    settings = [flat_settings(attributes) for attributes, _, _ in runs]
+    return cube
+
+
+def cube_of(files: Iterable[Path]) -> Cube:
+    """The cube of some result files, see `open_campaign`; empty when none of them can be read."""
+    runs = read_runs(files)
+    if not runs:
+        return Cube()
+    settings = [
+        {"method_name" if key == "method" else key: value for key, value in flat.items()}
+        for flat in (flat_settings(attributes) for attributes, _, _ in runs)
+    ]
     axes = find_axes(settings)
     coordinates = {axis: _sorted({setting.get(axis) for setting in settings}) for axis in axes}
     shape = tuple(len(values) for values in coordinates.values())
@@ -107,19 +127,21 @@ def open_campaign(path: str | Path) -> Cube:
     for name, words in text.items():
         cube[name] = (tuple(axes), words.astype(str))
     cube.attrs = {
-        key: value for key, value in settings[0].items() if key not in axes and _same(key, settings)
+        key: _plain(value)
+        for key, value in settings[0].items()
+        if key not in axes and _same(key, settings)
     }
     return cube
 
 
-def read_runs(folder: Path) -> list[tuple[dict[str, Any], dict[str, Any], Path]]:
-    """Attributes, scalars and path of every readable result in a folder; warns about the others."""
+def read_runs(files: Iterable[Path]) -> list[tuple[dict[str, Any], dict[str, Any], Path]]:
+    """Attributes, scalars and path of every readable result; warns about the others."""
     runs = []
-    for file in sorted(folder.glob("*.nc")):
+    for file in files:
         try:
             runs.append((*read_scalars(file), file))
         except BadInput as error:
-            warnings.warn(f"left out: {error}", stacklevel=3)
+            warnings.warn(f"left out: {error}", stacklevel=4)
     return runs
 
 
@@ -153,6 +175,13 @@ def find_axes(settings: list[dict[str, Any]]) -> list[str]:
         if key not in axes and not told_apart:
             axes.append(key)
     return axes
+
+
+def _plain(value: Any) -> Any:
+    """A value that netCDF can keep as an attribute."""
+    if value is None or isinstance(value, bool):
+        return {None: "null", True: "true", False: "false"}[value]
+    return str(list(value)) if isinstance(value, tuple) else value
 
 
 def _same(key: str, settings: list[dict[str, Any]]) -> bool:

@@ -103,15 +103,17 @@ def test_joblib_runs_a_sweep_with_the_same_guarantees(command, plugins, folder):
 def test_the_cube_has_the_dimensions_that_vary(command, folder):
     command("-m", "method=mpm,otm", "basis=linear", "resolution=4,8", "material.density=1,2")
     cube = mpmbench.open_campaign("results/default")
-    assert dict(cube.sizes) == {"method": 2, "resolution": 2, "material.density": 2}
+    assert dict(cube.sizes) == {"method_name": 2, "resolution": 2, "material.density": 2}
     assert cube.attrs["basis"] == "linear" and cube.attrs["time_step"] == 1e-5
     assert (cube.status == "ok").all()
-    one = cube.error_displacement_rms.sel(method="otm", resolution=8).sel({"material.density": 2})
-    file = str(cube.file.sel(method="otm", resolution=8).sel({"material.density": 2}).item())
+    one = cube.error_displacement_rms.sel(method_name="otm", resolution=8).sel(
+        {"material.density": 2}
+    )
+    file = str(cube.file.sel(method_name="otm", resolution=8).sel({"material.density": 2}).item())
     assert float(one) == netcdf.read_scalars(file)[1]["error_displacement_rms"][0]
     assert cube.error_displacement_rms.attrs["units"] == "m"
-    assert cube.sel(method="otm").steps.sel(resolution=[4]).shape == (1, 2)
-    assert cube.error_displacement_rms.sel(method=["otm"]).plot() is not None
+    assert cube.sel(method_name="otm").steps.sel(resolution=[4]).shape == (1, 2)
+    assert cube.error_displacement_rms.sel(method_name=["otm"]).plot() is not None
     assert (
         cube.error_displacement_rms.sel(resolution=8)
         < cube.error_displacement_rms.sel(resolution=4)
@@ -122,8 +124,8 @@ def test_a_cube_marks_cells_without_a_run(command, folder):
     command("method=mpm", "resolution=4")
     command("method=otm", "basis=linear", "resolution=8")
     cube = mpmbench.open_campaign("results/default")
-    assert cube.status.sel(method="mpm", resolution=8).item() == "missing"
-    assert bool(cube.steps.sel(method="mpm", resolution=8).isnull())
+    assert cube.status.sel(method_name="mpm", resolution=8).item() == "missing"
+    assert bool(cube.steps.sel(method_name="mpm", resolution=8).isnull())
 
 
 def test_a_folder_without_results_or_with_foreign_files(command, folder):

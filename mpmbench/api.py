@@ -1,0 +1,138 @@
+"""The door for Python: one run, a sweep, and a simulation of things that were made in Python.
+
+Results, files and limits are those of the command line: every run has a process of its own and
+leaves its file, and what has been computed before is read instead of computed again.
+"""
+
+import re
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from mpmbench.results.campaign import Cube, cube_of
+from mpmbench.results.identity import result_path
+from mpmbench.runs.hydra import compose
+from mpmbench.runs.sweep import execute, session
+from mpmbench.runs.sweep.plan import make_plan
+from mpmbench.settings import arguments
+from mpmbench.settings.schema import BadInput
+
+SAY_AFTER, SAY_EVERY = 2.0, 5.0  # seconds: of a run before its first line, and between two
+
+
+def run(*overrides: str, **settings: Any) -> xr.Dataset:
+    """Run one case, or read its result where there is one already.
+
+    Parameters
+    ----------
+    *overrides : str
+        Settings as on the command line, for example ``"method.mass=lumped"``.
+    **settings
+        The same by name, with two underscores for a dot: ``method="otm", method__mass="lumped"``.
+
+    Returns
+    -------
+    xarray.Dataset
+        What the result file holds, loaded; the attribute ``status`` is ``ok`` or says how the run
+        failed, ``reason`` why, ``file`` where it lies. Times are numbers of seconds.
+
+    Raises
+    ------
+    BadInput
+        When a setting is wrong or the combination does not apply; nothing has run then.
+
+    Examples
+    --------
+    >>> result = mpmbench.run(method="otm", basis="maxent", resolution=16)   # doctest: +SKIP
+    >>> float(result.error_displacement_rms)                                 # doctest: +SKIP
+    """
+    words = [*overrides, *(f"{_key(key)}={_word(value)}" for key, value in settings.items())]
+    _, pairs = arguments.split(words, [])
+    if compose.wants_many([], pairs):
+        raise BadInput("this experiment is a sweep: mpmbench.sweep runs it")
+    plan = make_plan([pairs], lambda cell: compose.compose_many([cell])[0])
+    (cell,) = plan.cells()
+    if cell.not_applicable:
+        raise BadInput(f"this combination does not apply: {cell.not_applicable}")
+    file = result_path(cell.config)
+    if plan.to_run:
+        record = execute.run(cell.config, progress(file.stem))
+        if record.unwritten:
+            raise OSError(record.unwritten)
+    return load(file)
+
+
+def sweep(*overrides: str, **settings: Any) -> Cube:
+    """Run all combinations of settings, as far as they are missing.
+
+    Parameters
+    ----------
+    *overrides, **settings
+        As those of `run`; a list, a tuple or a range gives several values:
+        ``method=["mpm", "otm"], resolution=[8, 16, 32]``. ``experiments="quickstart"`` runs an
+        experiment.
+
+    Returns
+    -------
+    Cube
+        As `open_campaign` gives it, of the runs of this sweep. A run that failed or does not apply
+        is in it, with its status and reason.
+
+    Raises
+    ------
+    BadInput
+        When any setting is wrong; nothing has run then.
+    """
+    words = [*overrides, *(f"{_key(key)}={_values(key, value)}" for key, value in settings.items())]
+    flags, pairs = arguments.split(["-m", *words], [])
+    session.run(flags, pairs, time.perf_counter())
+    plan = compose.sweeping.plan
+    return cube_of(result_path(cell.config) for cell in plan.cells()) if plan else Cube()
+
+
+def load(file: Path) -> xr.Dataset:
+    """A result file in memory; times stay numbers of seconds."""
+    with xr.open_dataset(file, engine="netcdf4", decode_cf=False) as stored:
+        return stored.load().assign_attrs(file=str(file))
+
+
+def progress(name: str) -> Callable[[float, float], None]:
+    """A function that says in plain lines how far a run is, once it has taken a while."""
+    last = time.monotonic() - SAY_EVERY + SAY_AFTER
+
+    def say(fraction: float, simulation_time: float) -> None:
+        nonlocal last
+        if time.monotonic() - last > SAY_EVERY:
+            last = time.monotonic()
+            print(f"{name}: {fraction:.0%}, t = {simulation_time:.4g} s", flush=True)
+
+    return say
+
+
+def _key(name: str) -> str:
+    return name.replace("__", ".")
+
+
+def _values(name: str, value: Any) -> str:
+    """Several values of a setting as a choice on the command line, one value as itself."""
+    several = isinstance(value, Iterable) and not isinstance(value, str)
+    if several and name == "snapshot_times":  # one value of it is a list
+        several = any(isinstance(one, Iterable) for one in value)
+    return ",".join(_word(one) for one in value) if several else _word(value)
+
+
+def _word(value: Any) -> str:
+    """A value as it is written on the command line."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if value is None or isinstance(value, bool):
+        return {None: "null", True: "true", False: "false"}[value]
+    if isinstance(value, str) and not re.fullmatch(r"[\w./+-]+", value):
+        return "'" + value.replace("\\", "\\\\").replace("'", "\\'") + "'"
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return "[" + ",".join(_word(one) for one in value) + "]"
+    return str(value)
