@@ -33,7 +33,7 @@ from mpmbench.runs.hydra import compose
 from mpmbench.settings import schema
 from tests.core import support
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 EXPERIMENTS = ROOT / "experiments" / "wobbes2020"
 ERROR = "error_displacement_rms"
 

@@ -31,7 +31,7 @@ def test_claims_are_undecided_without_runs(claim) -> None:  # type: ignore[no-un
 
 def test_campaigns_are_experiments() -> None:
     """Whatever the chapters and claims ask for is run by an experiment, and every experiment is asked for."""
-    folder = Path(__file__).parents[2] / "mpmbench" / "papers" / "li2009"
+    folder = Path(__file__).parents[3] / "mpmbench" / "papers" / "li2009"
     text = "".join(file.read_text() for file in folder.glob("*.py"))
     names = {name.removeprefix("li2009/") for name in experiments() if name.startswith("li2009/")}
     assert names == {name for name in names if re.search(f'"{name}"', text)}
