@@ -89,8 +89,8 @@ plate_axis_aligned method=unified basis=bspline
 cantilever_self_weight method=fem basis=linear
 cantilever_self_weight method=implicit_mpm basis=linear method.ghost_stiffness=1e-6
 cantilever_self_weight method=gmm basis=mls method.dirichlet=multipliers
-cantilever_self_weight method=gmm basis=lme method.dirichlet=penalty
-cantilever_dynamic method=implicit_mpm basis=linear method.projection=consistent particles_per_cell=16
+cantilever_self_weight method=gmm basis=lme method.dirichlet=multipliers
+cantilever_dynamic method=implicit_mpm basis=linear particles_per_cell=16
 cantilever_dynamic method=gmm basis=lme method.shape_functions=frozen material=hencky_elastic
 cantilever_dynamic method=mpm basis=linear method.stress_update=usf time_step=8e-4
 rolling_disk method=implicit_mpm basis=linear problem.gap=0

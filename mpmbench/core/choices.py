@@ -21,9 +21,9 @@ class Choices:
     time : str
         Time loop: ``explicit`` (symplectic Euler, leapfrog), ``static`` (load steps) or
         ``newmark``.
-    nodes : {"fixed", "moving", "reset"}
+    nodes : {"fixed", "moving"}
         Whether the nodes keep their places (MPM) or move with the material (OTM, unified, GMM,
-        FEM). Those of implicit MPM move during a step and are ``reset`` after it.
+        FEM). Those of implicit MPM move during a step and are reset after it.
     shape_functions : {"updated", "frozen"}
         Evaluated at the current positions in every step, or once: particles then keep their
         functions and gradients are pushed forward by F (Lagrangian kernels).
@@ -38,20 +38,13 @@ class Choices:
         Degrees of freedom with less than this many particle masses are left out.
     traction : {"end_point", "last_particle"}
         Where a point load acts: on a tracked massless end point, or on the last particle.
-    projection : {"lumped", "consistent"}
-        Mass matrix with which implicit MPM takes velocities and accelerations to the nodes
-        (Iaconeta 2017, Eqs. 40-41).
-    dirichlet : {"direct", "multipliers", "penalty"}
+    dirichlet : {"direct", "multipliers"}
         How implicit methods hold boundary points: by their nodes, or by ``sum_I N_I(x_d) u_I`` for
         bases that do not interpolate.
-    penalty : float
-        Stiffness of the penalty in Young's moduli.
     ghost_stiffness : float
         Stiffness of the cells in use, in Young's moduli, which holds nodes that few particles see.
     residual_tolerance : float
         Residual at which Newton's iteration ends, relative to the external force.
-    max_iterations : int
-        Newton's iterations per step.
     step_halvings : int
         How often a step that does not converge may be halved, and its halves again.
     line_search : bool
@@ -73,12 +66,9 @@ class Choices:
     stress_update: str = "usl"
     mass_cutoff: float = 1e-6
     traction: str = "end_point"
-    projection: str = "lumped"
     dirichlet: str = "direct"
-    penalty: float = 1e3
     ghost_stiffness: float = 0.0
     residual_tolerance: float = 1e-8
-    max_iterations: int = 30
     step_halvings: int = 6
     line_search: bool = True
     derivatives: str = "plain"
@@ -86,7 +76,7 @@ class Choices:
     newmark_displacement: float = 0.25
 
     def __post_init__(self) -> None:
-        require_option("nodes", self.nodes, ("fixed", "moving", "reset"))
+        require_option("nodes", self.nodes, ("fixed", "moving"))
         require_option("shape_functions", self.shape_functions, ("updated", "frozen"))
         require_option("mass", self.mass, ("lumped", "consistent"))
         require_option(
@@ -101,9 +91,7 @@ class Choices:
             "a number from 0 to less than 1",
         )
         require_option("traction", self.traction, ("end_point", "last_particle"))
-        require_option("projection", self.projection, ("lumped", "consistent"))
-        require_option("dirichlet", self.dirichlet, ("direct", "multipliers", "penalty"))
-        require(self.penalty > 0.0, "penalty", self.penalty, "a positive number of Young's moduli")
+        require_option("dirichlet", self.dirichlet, ("direct", "multipliers"))
         require(
             0.0 <= self.ghost_stiffness < 1.0,
             "ghost_stiffness",
@@ -113,9 +101,6 @@ class Choices:
         tolerance, zeta = self.residual_tolerance, self.newmark_displacement
         require(
             1e-14 <= tolerance < 1.0, "residual_tolerance", tolerance, "a number from 1e-14 to 1"
-        )
-        require(
-            self.max_iterations >= 1, "max_iterations", self.max_iterations, "a whole number >= 1"
         )
         require(
             0 <= self.step_halvings <= 20,

@@ -65,8 +65,11 @@ class HeldPoints:
 
 
 @kernel
-def add_penalty(phi, point, component, stiffness, slot, blocks):  # type: ignore[no-untyped-def]
-    """Add ``stiffness G^T G`` to the blocks; `slot` has the shape (n, K, K)."""
+def add_augmentation(phi, point, component, stiffness, slot, blocks):  # type: ignore[no-untyped-def]
+    """Add ``stiffness G^T G`` to the blocks; `slot` has the shape (n, K, K).
+
+    It changes nothing where the constraint ``G u = u_d`` is met, and makes the matrix definite.
+    """
     for c in range(point.shape[0]):
         p, d = point[c], component[c]
         for k in range(phi.size[p]):

@@ -6,7 +6,7 @@ import numpy as np
 
 from mpmbench.core.errors import NotConverged
 from mpmbench.core.implicit import assembly
-from mpmbench.core.implicit.constraints import add_penalty
+from mpmbench.core.implicit.constraints import add_augmentation
 from mpmbench.core.implicit.ghost import add_ghost
 from mpmbench.core.implicit.linear import block_product, factorise, product
 from mpmbench.core.implicit.workspace import Workspace
@@ -17,6 +17,7 @@ STIFFENINGS = (
     0.1,
     1.0,
 )  # what each attempt adds to the tangent at the start, in Young's moduli
+MOST_ITERATIONS = 30
 PATIENCE = 8  # iterations without a smaller residual, after which an attempt is given up: it goes in circles
 SHORTEST_STEP = 2.0**-12  # a Newton step that must be shortened more than this leads nowhere
 SHORTEST_SEARCH = (
@@ -64,9 +65,6 @@ class Equations:
         if w.held is not None:
             self.G = w.held.matrix(self.pattern, dim)
             self.wanted = self._prescribed(s.time + dt)
-            self.penalty = self.young_modulus * (
-                s.choices.penalty if s.choices.dirichlet == "penalty" else 1.0
-            )
 
     def _increments(self, dt: float) -> np.ndarray:
         """Increments that the fixed components should make [m], shape (A, dim); zero elsewhere."""
@@ -143,9 +141,8 @@ class Equations:
                 self.blocks[:, d, d] += self.inertia.coefficient * mass
         if w.held is not None:
             slot = pattern.slot[len(p.x) :]
-            add_penalty(w.held.phi, w.held.point, w.held.component, self.penalty, slot, self.blocks)
-            if self.s.choices.dirichlet == "penalty":
-                w.held.multiplier = self.penalty * self.gap(du)
+            held = w.held.phi, w.held.point, w.held.component
+            add_augmentation(*held, self.young_modulus, slot, self.blocks)
             residual[pattern.active] -= (self.G.T @ w.held.multiplier).reshape(-1, du.shape[1])
         return residual
 
@@ -169,10 +166,8 @@ class Equations:
                     pattern.start, pattern.column, self.blocks, pattern.lower, left
                 ).ravel()
             )
-        if self.w.held is not None and self.s.choices.dirichlet == "multipliers":
-            # the penalty G^T G in the matrix changes nothing on the constraint, and makes it
-            # definite
-            right = right - self.penalty * (self.G.T @ self.gap(du))
+        if self.w.held is not None:
+            right = right - self.young_modulus * (self.G.T @ self.gap(du))
             change, response = solve(right), solve(self.G.T.toarray())
             force = np.linalg.solve(self.G @ response, self.G @ change + self.gap(du))
             self.w.held.multiplier = self.w.held.multiplier + force
@@ -192,7 +187,7 @@ class Equations:
         """Norm of the residual without the reactions, and of the gaps of constraints times Young's modulus [N]."""
         norm = float(np.linalg.norm(residual[self.pattern.active][~self.fixed]))
         norm = float(np.hypot(norm, self.young_modulus * np.linalg.norm(self.left(du))))
-        if self.w.held is not None and self.s.choices.dirichlet == "multipliers":
+        if self.w.held is not None:
             norm = float(np.hypot(norm, self.young_modulus * np.linalg.norm(self.gap(du))))
         return norm
 
@@ -251,7 +246,7 @@ def newton(
     while norms[-1] > s.choices.residual_tolerance:
         iterations = len(norms) - 1
         if (
-            iterations == s.choices.max_iterations
+            iterations == MOST_ITERATIONS
             or iterations - int(np.argmin(norms[1:] or [0.0])) > PATIENCE
         ):
             raise NotConverged(

@@ -136,10 +136,6 @@ def check(choices: Choices) -> None:
     NotApplicable
         With the reason.
     """
-    if choices.nodes == "reset":
-        raise NotApplicable(
-            "method.nodes=reset belongs to implicit methods: explicit nodes are fixed or moving"
-        )
     if choices.transfer == "nodal" and not (choices.moving or choices.frozen):
         raise NotApplicable(
             "method.transfer=nodal needs nodes that move with the material (method.nodes=moving)"

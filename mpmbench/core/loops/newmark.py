@@ -6,9 +6,7 @@ grid that is reset after each step.
 
 import numpy as np
 
-from mpmbench.core.errors import BrokeDown
 from mpmbench.core.implicit import assembly, check_choices
-from mpmbench.core.implicit.linear import factorise
 from mpmbench.core.implicit.newton import Equations, Inertia, equilibrate
 from mpmbench.core.implicit.step import (
     convect,
@@ -30,8 +28,8 @@ def one_step(s: State, dt: float) -> None:
     velocity, displacement = s.choices.newmark_velocity, s.choices.newmark_displacement
     s.land()
     w = prepare(s)
-    mass = mass_blocks(s, w)
     lumped_mass(s, w)
+    mass = mass_blocks(s, w)
     if not s.choices.moving:
         n.v_old[:], n.a[:] = projected(s, w, p.v), projected(s, w, p.a)  # Eqs. 40, 41
     else:
@@ -70,43 +68,25 @@ def lumped_mass(s: State, w: Workspace) -> None:
 
 
 def mass_blocks(s: State, w: Workspace) -> np.ndarray:
-    """Mass by blocks of the pattern [kg], shape (blocks,): consistent, or lumped on the diagonal."""
+    """Mass by blocks of the pattern [kg], shape (blocks,): consistent, or `s.nodes.m` on the diagonal."""
     assert w.pattern is not None
     mass = np.zeros(len(w.pattern.column))
     if s.choices.mass == "consistent":
         assembly.add_mass(w.phi, s.particles.m, w.pattern.slot, mass)
         return mass
-    lumped_mass(s, w)
     mass[w.pattern.diagonal] = s.nodes.m[w.pattern.active]
     return mass
 
 
 def projected(s: State, w: Workspace, u: np.ndarray) -> np.ndarray:
-    """Nodal values of the particles' `u`, shape (N, dim), with the lumped or the consistent mass; fixed ones are zero.
-
-    Raises
-    ------
-    BrokeDown
-        When the consistent mass is singular, for example with one particle alone in a cell.
-    """
+    """Nodal values of the particles' `u` with the lumped mass, shape (N, dim); fixed ones are zero."""
     assert w.pattern is not None
     active = w.pattern.active
     sums = np.zeros_like(s.nodes.v)
     assembly.project(w.phi, s.particles.m, u, sums)
     out = np.zeros_like(sums)
-    if s.choices.projection == "lumped":
-        out[active] = (
-            sums[active] / np.where(s.nodes.m[active] > 0.0, s.nodes.m[active], np.inf)[:, None]
-        )
-    else:
-        mass = np.zeros(len(w.pattern.column))
-        assembly.add_mass(w.phi, s.particles.m, w.pattern.slot, mass)
-        solve = factorise(w.pattern, mass[:, None, None], np.zeros((len(active), 1), dtype=bool))
-        out[active] = solve(sums[active])
-        if not np.isfinite(out).all():
-            raise BrokeDown(
-                "singular consistent mass: use method.projection=lumped or more particles per cell"
-            )
+    mass = s.nodes.m[active]
+    out[active] = sums[active] / np.where(mass > 0.0, mass, np.inf)[:, None]
     if w.held is None:
         out[s.fixed] = 0.0
     return out

@@ -215,7 +215,7 @@ def test_angles_are_checked() -> None:
         ("implicit_mpm", "linear", {"method__ghost_stiffness": 1e-3}),
         ("implicit_mpm", "bspline", {}),
         ("gmm", "mls", {}),
-        ("gmm", "mls", {"basis__relative_radius": 2.0, "method__dirichlet": "penalty"}),
+        ("gmm", "mls", {"basis__relative_radius": 2.0, "method__dirichlet": "multipliers"}),
         ("gmm", "lme", {}),
     ],
 )
