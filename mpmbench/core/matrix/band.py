@@ -14,10 +14,10 @@ SINGULAR = 1e-13  # a pivot below this fraction of its diagonal entry is round-o
 class BandMass:
     """``M_ij = sum_p m_p phi_i phi_j`` (Wobbes 2020, Eqs. 19, 48, 90) as a band (fulfils `Mass`)."""
 
-    def __init__(self, fixed: np.ndarray, cutoff: float) -> None:
-        self.fixed = fixed
-        self.cutoff = cutoff
+    def __init__(self, fixed: np.ndarray, threshold: float) -> None:
+        self.fixed, self.threshold = fixed, threshold
         self._factored = False
+        self._group: list[int] = []  # the first component that is constrained like each one
         self._band = np.zeros((len(fixed), 1))
         self._factor = np.zeros((0, len(fixed), 1))
 
@@ -28,12 +28,11 @@ class BandMass:
         while (width := assemble_band(basis.handle, p.x, p.m, self._band)) >= self._band.shape[1]:
             self._band = np.zeros((len(self.fixed), width + 1))
             self._factor = np.zeros((self.fixed.shape[1], len(self.fixed), width + 1))
-        self._threshold = self.cutoff * p.m[0]
         # components that are constrained alike share one factor
         masks: list[bytes] = [self.fixed[:, d].tobytes() for d in range(self.fixed.shape[1])]
         self._group = [masks.index(mask) for mask in masks]
         for d in sorted(set(self._group)):
-            pivot = factorise(self._band, self._threshold, self.fixed[:, d], self._factor[d])
+            pivot = factorise(self._band, self.threshold, self.fixed[:, d], self._factor[d])
             if pivot >= 0:
                 raise BrokeDown(
                     f"singular consistent mass matrix at node {pivot} ({basis.nodes[pivot]} m): "
@@ -48,7 +47,7 @@ class BandMass:
             substitute(
                 self._band,
                 self._factor[group],
-                self._threshold,
+                self.threshold,
                 self.fixed[:, d],
                 rhs[:, d],
                 out[:, d],

@@ -15,25 +15,22 @@ from mpmbench.core.matrix.mass_checks import seen_share
 from mpmbench.core.matrix.sparse import DirectMass, SparseMass
 from mpmbench.core.particles import Particles
 
-WIDEST_BAND = (
-    40  # beyond it conjugate gradients cost less than a banded factorisation in every step
-)
-SMALLEST_EIGENVALUE = (
-    0.03  # of a mass matrix over its row sums; a zigzag that no particle sees has next to no mass
-)
+# Beyond this band conjugate gradients cost less than a banded factorisation in every step.
+WIDEST_BAND = 40
+# Of a mass matrix over its row sums; a zigzag that no particle sees has next to no mass.
+SMALLEST_EIGENVALUE = 0.03
 DIRECT_NODES = 40_000  # a constant matrix up to this size is factorised once
-SMALLEST_SHARE = (
-    0.05  # of the mass of a pattern that particles see: at least a half where they are well spread
-)
+# Of the mass of a pattern that particles see: at least a half where they are well spread.
+SMALLEST_SHARE = 0.05
 
 
 class Mass(Protocol):
     """A mass matrix that is assembled in every step and solved a few times.
 
     `fixed`, shape (N, dim), marks constrained components: their rows and columns leave the system,
-    one component at a time. Degrees of freedom with a mass below `cutoff` particle masses are left
-    out too: near-empty cells otherwise break a consistent mass (the last active function is seen by
-    one particle near the edge of its support).
+    one component at a time. Degrees of freedom with a mass below `threshold` [kg] are left out too:
+    near-empty cells otherwise break a consistent mass (the last active function is seen by one
+    particle near the edge of its support).
     """
 
     def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
@@ -47,7 +44,7 @@ class Mass(Protocol):
         ...
 
     def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
-        """Solve ``M out = rhs`` on the free components, given what `out` holds on the fixed ones; shapes (N, dim)."""
+        """Solve ``M out = rhs`` on the free components; `out` holds the others; shapes (N, dim)."""
         ...
 
     def multiply(self, a: np.ndarray) -> np.ndarray:
@@ -55,24 +52,28 @@ class Mass(Protocol):
         ...
 
 
+def mass_threshold(p: Particles, cutoff: float) -> float:
+    """Nodal mass [kg] below which a degree of freedom is left out: `cutoff` masses of the first particle."""
+    return cutoff * float(p.m[0])
+
+
 def make_mass(choices: Choices, fixed: np.ndarray, basis: Basis, p: Particles) -> Mass:
     """The mass matrix that the method asks for, with the solver that its size asks for."""
-    if choices.mass == "lumped" or choices.time in (
-        "static",
-        "newmark",
-    ):  # these sum it into their tangent
-        return LumpedMass(fixed, choices.mass_cutoff)
+    threshold = mass_threshold(p, choices.mass_cutoff)
+    # static and newmark sum a consistent mass into their tangent
+    if choices.mass == "lumped" or choices.time in ("static", "newmark"):
+        return LumpedMass(fixed, threshold)
     basis.locate(p.x)
     if choices.moving and isinstance(basis.handle, Stencils):
         refuse_unseen_patterns(basis, p, fixed)
     widest = bandwidth(basis.handle, p.x)
     if widest <= WIDEST_BAND:
         refuse_too_few_particles(basis, p, fixed, widest)
-        return BandMass(fixed, choices.mass_cutoff)
+        return BandMass(fixed, threshold)
     constant = getattr(basis, "constant_values", False)
     if constant and len(basis.nodes) <= DIRECT_NODES:
-        return DirectMass(fixed, choices.mass_cutoff)
-    return SparseMass(fixed, choices.mass_cutoff)
+        return DirectMass(fixed, threshold)
+    return SparseMass(fixed, threshold)
 
 
 def refuse_too_few_particles(basis: Basis, p: Particles, fixed: np.ndarray, widest: int) -> None:
@@ -129,20 +130,18 @@ def refuse_unseen_patterns(basis: Basis, p: Particles, fixed: np.ndarray) -> Non
 class LumpedMass:
     """Row-sum lumped mass (Wobbes 2020, Eq. 17; fulfils `Mass`)."""
 
-    def __init__(self, fixed: np.ndarray, cutoff: float) -> None:
-        self.fixed = fixed
-        self.cutoff = cutoff
+    def __init__(self, fixed: np.ndarray, threshold: float) -> None:
+        self.fixed, self.threshold = fixed, threshold
         self.m_i = np.zeros(len(fixed))
 
     def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
         self.m_i = m_i
-        self._threshold = self.cutoff * p.m[0]
 
     def multiply(self, a: np.ndarray) -> np.ndarray:
         return self.m_i[:, None] * a
 
     def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
-        divide(self.m_i, self._threshold, self.fixed, rhs, out)
+        divide(self.m_i, self.threshold, self.fixed, rhs, out)
 
 
 @kernel

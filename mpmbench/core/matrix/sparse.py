@@ -16,9 +16,8 @@ from mpmbench.core.compiled import implements, kernel, lean, vector
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.particles import Particles
 
-TOLERANCE = (
-    1e-13  # of the residual, relative to the right-hand side, in the norm of the preconditioner
-)
+# Of the residual, relative to the right-hand side, in the norm of the preconditioner.
+TOLERANCE = 1e-13
 MOST_ITERATIONS = 2000
 
 
@@ -109,9 +108,8 @@ def solve_upper(columns, values, diagonal, free, s, t, rest):  # type: ignore[no
         inverse = 1.0 / diagonal_i
         for d in range(dim):
             total = s[i, d]
-            for k in range(
-                columns.shape[1] - 1, diagonal[i], -1
-            ):  # what the last row has given comes last
+            # what the last row has given comes last
+            for k in range(columns.shape[1] - 1, diagonal[i], -1):
                 total -= values[i, k] * t[columns[i, k], d]
             t[i, d] = total * inverse if free[i, d] else 0.0
             rest[i, d] = s[i, d] - diagonal_i * t[i, d]
@@ -142,7 +140,7 @@ def conjugate_gradients(columns, values, diagonal, free, rhs, out, r, t, w, s): 
         np.zeros(dim),
         np.zeros(dim),
         np.zeros(dim),
-    )  # rr: r D r = residual P^-1 residual
+    )  # rr = r D r: residual P^-1 residual
     for i in range(n):
         for d in range(dim):
             s[i, d] = values[i, diagonal[i]] * r[i, d]
@@ -185,10 +183,10 @@ def conjugate_gradients(columns, values, diagonal, free, rhs, out, r, t, w, s): 
 class SparseMass:
     """``M_ij = sum_p m_p phi_i phi_j`` (Wobbes 2020, Eqs. 19, 48, 90) by conjugate gradients (fulfils `Mass`)."""
 
-    def __init__(self, fixed: np.ndarray, cutoff: float) -> None:
-        self.fixed = fixed
-        self.cutoff = cutoff
+    def __init__(self, fixed: np.ndarray, threshold: float) -> None:
+        self.fixed, self.threshold = fixed, threshold
         self.free = ~fixed
+        self.active = np.ones(len(fixed), dtype=np.bool_)
         self.columns = np.zeros((len(fixed), 0), dtype=np.int64)
         self.values = np.zeros((len(fixed), 0))
         self.diagonal = np.zeros(len(fixed), dtype=np.int64)
@@ -202,12 +200,13 @@ class SparseMass:
             self.values = np.zeros(self.columns.shape)
             assemble_rows(basis.handle, p.x, p.m, self.columns, self.values)
         mass = self.values[np.arange(len(self.fixed)), self.diagonal]
-        self.active = mass > self.cutoff * p.m[0]
+        self.active = mass > self.threshold
         np.logical_and(~self.fixed, self.active[:, None], out=self.free)
         unknowns = int(self.free.sum(axis=0).max())
         if unknowns > len(p.x) - p.tracers:
             raise BrokeDown(
-                f"singular consistent mass matrix: {unknowns} free nodes and only {len(p.x) - p.tracers} particles"
+                f"singular consistent mass matrix: {unknowns} free nodes and only "
+                f"{len(p.x) - p.tracers} particles"
             )
 
     def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
@@ -225,8 +224,13 @@ class SparseMass:
 class DirectMass(SparseMass):
     """A constant mass matrix (functions that do not change at the particles), factorised once per component."""
 
+    def __init__(self, fixed: np.ndarray, threshold: float) -> None:
+        super().__init__(fixed, threshold)
+        self._factors: list[SuperLU] = []
+        self._coupling: list[csr_matrix] = []
+
     def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
-        if hasattr(self, "_factors"):
+        if self._factors:
             return
         super().assemble(basis, p, m_i)
         n = len(self.fixed)
@@ -235,8 +239,6 @@ class DirectMass(SparseMass):
         matrix = csr_matrix(
             (self.values.ravel()[used], (rows[used], self.columns.ravel()[used])), shape=(n, n)
         )
-        self._coupling: list[csr_matrix] = []
-        self._factors: list[SuperLU] = []
         for d in range(self.fixed.shape[1]):
             free = self.free[:, d]
             if d > 0 and np.array_equal(free, self.free[:, d - 1]):
