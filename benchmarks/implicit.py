@@ -8,7 +8,8 @@ from benchmarks.measure import interleaved
 from mpmbench import case
 from mpmbench.core import registry
 from mpmbench.core.implicit.newton import Equations
-from mpmbench.core.implicit.step import external_force, prepare
+from mpmbench.core.implicit.step import prepare
+from mpmbench.core.loads import external_force
 from mpmbench.core.state import State
 from mpmbench.runs.hydra import compose
 
@@ -35,7 +36,8 @@ def newton_iteration() -> None:
             "problem=cantilever_self_weight", f"method={method}", f"basis={basis}", "resolution=128"
         )
         w = prepare(state)
-        equations = Equations(state, w, external_force(state, w, 1.0), 1.0, None)
+        force = external_force(state, w.phi, 1.0, state.nodes.f_external)
+        equations = Equations(state, w, force, 1.0, None)
         du = np.zeros_like(state.nodes.v)
         residual = equations.residual(du)
         assert residual is not None

@@ -14,11 +14,12 @@ from mpmbench.core.bases.tensor import TensorSpline, count_crossings
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import BrokeDown, Diverged, SolverFailure
 from mpmbench.core.geometry import Geometry
+from mpmbench.core.loads import Loads, loaded_points
 from mpmbench.core.loops.explicit import update_particles
 from mpmbench.core.materials import Material
 from mpmbench.core.matrix.mass import make_mass
 from mpmbench.core.particles import Particles
-from mpmbench.core.state import Loads, Nodes, State
+from mpmbench.core.state import Nodes, State
 from mpmbench.core.transfer import kinetic_energy, strain_energy
 
 ENERGY_GROWTH = 10.0  # a run with this many times the energy that was put in has diverged
@@ -115,15 +116,6 @@ def build_state(body: Body, basis: BasisSettings, material: Material, choices: C
         functions.locate(p.x)
         update_particles(state, 0.0, velocity=True)
     return state
-
-
-def loaded_points(p: Particles, loads: int, treatment: str) -> np.ndarray:
-    """Rows of the points that carry the loads: the tracers, or the material particle nearest to each of them."""
-    tracers = np.arange(len(p.x) - p.tracers, len(p.x))[:loads]
-    if treatment == "end_point":
-        return tracers
-    distance = np.linalg.norm(p.X[tracers, None, :] - p.X[None, p.material, :], axis=2)
-    return np.argmin(distance, axis=1)
 
 
 def simulate(

@@ -11,6 +11,7 @@ from mpmbench.core.choices import Choices
 from mpmbench.core.compiled.rows import lanes_for
 from mpmbench.core.compiled.threads import chunks
 from mpmbench.core.geometry import Geometry
+from mpmbench.core.loads import Loads
 from mpmbench.core.materials import Material
 from mpmbench.core.matrix.mass import Mass
 from mpmbench.core.particles import Particles
@@ -25,8 +26,8 @@ class Nodes:
     ----------
     m : ndarray
         Lumped masses [kg].
-    q, f_internal, f_external : ndarray
-        Momentum [kg m/s] and forces [N].
+    q, f_internal, f_external, f : ndarray
+        Momentum [kg m/s], forces and their sum [N].
     a, v, v_old : ndarray
         Accelerations [m/s^2], new velocities and those before the step [m/s].
     """
@@ -43,31 +44,6 @@ class Nodes:
     @classmethod
     def zeros(cls, nodes: int, dimension: int) -> "Nodes":
         return cls(np.zeros(nodes), *(np.zeros((nodes, dimension)) for _ in range(7)))
-
-
-@dataclass(frozen=True)
-class Loads:
-    """What acts on the body from outside.
-
-    Attributes
-    ----------
-    body_force : callable or None
-        ``body_force(X, t, b)`` writes the force per unit mass [N/kg] at initial positions X, shape
-        (P, dim), to `b`.
-    traction : callable or None
-        ``traction(t)`` gives the point loads [N], shape (n, dim); they act on the first n tracers.
-    prescribed_motion : callable or None
-        ``prescribed_motion(X_i, t)`` gives the displacement [m], shape (N, dim), of the fixed
-        components of nodes that started at X_i; without it they rest.
-    landing : callable or None
-        ``landing(x_i)`` marks the components of moving nodes, shape (N, dim) of bool, that are held
-        from now on.
-    """
-
-    body_force: Callable[[np.ndarray, float, np.ndarray], None] | None = None
-    traction: Callable[[float], np.ndarray] | None = None
-    prescribed_motion: Callable[[np.ndarray, float], np.ndarray] | None = None
-    landing: Callable[[np.ndarray], np.ndarray] | None = None
 
 
 @dataclass

@@ -123,23 +123,6 @@ def add_laplacian(phi, V0, stiffness, slot, blocks):  # type: ignore[no-untyped-
 
 
 @kernel
-def add_lumped(phi, m, out):  # type: ignore[no-untyped-def]
-    """``m_I += sum_p m_p N_I`` [kg], shape (N,)."""
-    for p in range(phi.size.shape[0]):
-        for k in range(phi.size[p]):
-            out[phi.index[p, k]] += m[p] * phi.phi[p, k]
-
-
-@kernel
-def project(phi, m, u, out):  # type: ignore[no-untyped-def]
-    """``out_I += sum_p m_p N_I u_p``, shape (N, dim)."""
-    for p in range(phi.size.shape[0]):
-        for k in range(phi.size[p]):
-            for d in range(u.shape[1]):
-                out[phi.index[p, k], d] += m[p] * phi.phi[p, k] * u[p, d]
-
-
-@kernel
 def interpolate(phi, u, out):  # type: ignore[no-untyped-def]
     """``out_p = sum_I N_I u_I``, shape (P, dim)."""
     total = vector(phi.axes)

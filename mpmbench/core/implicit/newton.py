@@ -59,20 +59,14 @@ class Equations:
         self.internal = np.zeros_like(external)
         self.blocks = np.zeros((len(self.pattern.column), dim, dim))
         self.fixed = s.fixed[self.pattern.active] & (w.held is None)
-        self.prescribed = self._increments(dt)
+        X = s.initial_nodes[self.pattern.active]
+        self.prescribed = np.where(self.fixed, s.loads.increment(X, s.time, dt), 0.0)
         lame, shear = s.material.lame_parameters()
         self.young_modulus = shear * (3.0 * lame + 2.0 * shear) / (lame + shear)
         if w.held is not None:
             self.G = w.held.matrix(self.pattern, dim)
-            self.wanted = self._prescribed(s.time + dt)
-
-    def _increments(self, dt: float) -> np.ndarray:
-        """Increments that the fixed components should make [m], shape (A, dim); zero elsewhere."""
-        motion = self.s.loads.prescribed_motion
-        if motion is None:
-            return np.zeros(self.fixed.shape)
-        X = self.s.initial_nodes[self.pattern.active]
-        return np.where(self.fixed, motion(X, self.s.time + dt) - motion(X, self.s.time), 0.0)
+            wanted = s.loads.displacement(w.held.X, s.time + dt)
+            self.wanted = wanted[w.held.point, w.held.component]
 
     def left(self, du: np.ndarray) -> np.ndarray:
         """Increments that the fixed components have yet to make [m], shape (A, dim)."""
@@ -86,14 +80,6 @@ class Equations:
         """Set the forces at the held points back."""
         if self.w.held is not None and multiplier is not None:
             self.w.held.multiplier = multiplier.copy()
-
-    def _prescribed(self, time: float) -> np.ndarray:
-        """Displacements that the held points should have [m], shape (C,)."""
-        held, motion = self.w.held, self.s.loads.prescribed_motion
-        assert held is not None
-        if motion is None:
-            return np.zeros(len(held.point))
-        return motion(held.X, time)[held.point, held.component]
 
     def gap(self, du: np.ndarray) -> np.ndarray:
         """Displacements of the held points less those that are wanted [m], shape (C,)."""

@@ -81,19 +81,6 @@ def _stacked(above: np.ndarray, below: np.ndarray) -> np.ndarray:
     )
 
 
-def external_force(s: State, w: Workspace, time: float) -> np.ndarray:
-    """Body force and point loads at `time` [s], shape (N, dim); the body force is left in ``particles.b``."""
-    p, force = s.particles, np.zeros_like(s.nodes.v)
-    if s.loads.body_force is not None:
-        s.loads.body_force(p.X, time, p.b)
-        assembly.project(w.phi, p.m, p.b, force)
-    if s.loads.traction is not None:
-        for row, load in zip(s.traction_particle, s.loads.traction(time), strict=True):
-            k = w.phi.size[row]
-            force[w.phi.index[row, :k]] += w.phi.phi[row, :k, None] * load
-    return force
-
-
 def convect(s: State, w: Workspace, du: np.ndarray) -> np.ndarray:
     """Particles take over the converged state and move; nodes follow where they belong to the material.
 
@@ -136,13 +123,3 @@ def reaction(s: State, w: Workspace, residual: np.ndarray) -> np.ndarray:
     if w.held is None:
         return -np.sum(residual * s.fixed, axis=0)
     return -np.bincount(w.held.component, w.held.multiplier, minlength=s.particles.dimension)
-
-
-def work_of_loads(s: State, before: np.ndarray, moved: np.ndarray, dt: float) -> float:
-    """Work of body force and point loads in a step by the trapezoidal rule [J]; `before` is the old body force."""
-    p = s.particles
-    work = 0.5 * float(np.sum(p.m[:, None] * (before + p.b) * moved))
-    if s.loads.traction is not None:
-        load = s.loads.traction(s.time) + s.loads.traction(s.time + dt)
-        work += 0.5 * float(np.sum(load * moved[s.traction_particle]))
-    return work

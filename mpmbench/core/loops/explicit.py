@@ -9,11 +9,11 @@ components leave the system before it is solved.
 import numpy as np
 
 from mpmbench.core import transfer
-from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import threads
 from mpmbench.core.compiled.rows import lanes_for
 from mpmbench.core.errors import NotApplicable
+from mpmbench.core.loads import constrain, external_force, reaction_work
 from mpmbench.core.materials import cauchy_stress
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
@@ -29,7 +29,7 @@ def step(s: State, dt: float) -> None:
         project_velocity(s)
         update_particles(s, dt, strain=True)
     s.sums(s.basis.handle, p.x, p.m, p.v, p.V, p.sigma, n.m, n.q, n.f_internal)  # Eqs. 17, 20, 21
-    external_force(s)
+    external_force(s, s.basis.handle, s.time, n.f_external)
     np.add(n.f_internal, n.f_external, out=n.f)
     s.mass.assemble(s.basis, p, n.m)  # Eqs. 19, 48, 90
 
@@ -87,45 +87,6 @@ def project_velocity(s: State) -> None:
     transfer.p2g_momentum(s.basis.handle, p.x, p.m, p.v, n.q)
     s.mass.assemble(s.basis, p, n.m)
     s.mass.solve(n.q, n.v)  # fixed components keep the velocity of the last step
-
-
-def external_force(s: State) -> None:
-    """Body force and point loads at the start of the step: ``f_i = sum_p m_p b_p phi_i + sum phi_i(x) t``."""
-    p, n = s.particles, s.nodes
-    n.f_external[:] = s.dead_load
-    if s.loads.body_force is not None:
-        s.loads.body_force(p.X, s.time, p.b)
-        transfer.p2g_momentum(s.basis.handle, p.x, p.m, p.b, n.f_external)
-    if s.loads.traction is not None:
-        loaded = s.traction_particle
-        phi = (
-            s.basis.handle
-            if isinstance(s.basis.handle, Stencils)
-            else s.basis.evaluate(p.x[loaded])
-        )
-        rows = loaded if phi is s.basis.handle else np.arange(len(loaded))
-        for row, force in zip(rows, s.loads.traction(s.time), strict=True):
-            k = phi.size[row]
-            n.f_external[phi.index[row, :k]] += phi.phi[row, :k, None] * force
-
-
-def constrain(s: State, dt: float) -> None:
-    """Write the velocity of the coming step to the fixed components: positions are then exact at whole steps."""
-    motion = s.loads.prescribed_motion
-    if motion is None:
-        s.nodes.v[s.fixed] = 0.0
-    else:
-        change = motion(s.initial_nodes, s.time + dt) - motion(s.initial_nodes, s.time)
-        s.nodes.v[s.fixed] = change[s.fixed] / dt
-
-
-def reaction_work(s: State, dt: float) -> float:
-    """Work of the constraint forces ``M a - f`` on the prescribed motion during the step [J]."""
-    if s.loads.prescribed_motion is None:
-        return 0.0
-    n = s.nodes
-    reaction = s.mass.multiply(n.a) - n.f
-    return dt * float(np.sum((reaction * n.v)[s.fixed]))
 
 
 def check(choices: Choices) -> None:

@@ -6,17 +6,12 @@ grid that is reset after each step.
 
 import numpy as np
 
+from mpmbench.core import transfer
 from mpmbench.core.implicit import assembly, check_choices
 from mpmbench.core.implicit.newton import Equations, Inertia, equilibrate
-from mpmbench.core.implicit.step import (
-    convect,
-    external_force,
-    halve_when_needed,
-    prepare,
-    reaction,
-    work_of_loads,
-)
+from mpmbench.core.implicit.step import convect, halve_when_needed, prepare, reaction
 from mpmbench.core.implicit.workspace import Workspace
+from mpmbench.core.loads import body_force, external_force, work_of_loads
 from mpmbench.core.materials import kirchhoff_stress
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
@@ -28,7 +23,8 @@ def one_step(s: State, dt: float) -> None:
     velocity, displacement = s.choices.newmark_velocity, s.choices.newmark_displacement
     s.land()
     w = prepare(s)
-    lumped_mass(s, w)
+    n.m[:] = 0.0
+    transfer.p2g_mass(w.phi, p.x, p.m, n.m)
     mass = mass_blocks(s, w)
     if not s.choices.moving:
         n.v_old[:], n.a[:] = projected(s, w, p.v), projected(s, w, p.a)  # Eqs. 40, 41
@@ -40,9 +36,9 @@ def one_step(s: State, dt: float) -> None:
     start = -n.v_old / (displacement * dt) - (0.5 / displacement - 1.0) * a_old  # Eq. 44
     inertia = Inertia(1.0 / (displacement * dt * dt), start, mass)
 
-    external_force(s, w, s.time)
-    before = p.b.copy()
-    equations = Equations(s, w, external_force(s, w, s.time + dt), dt, inertia)
+    before = body_force(s, s.time).copy()
+    external_force(s, w.phi, s.time + dt, n.f_external)
+    equations = Equations(s, w, n.f_external, dt, inertia)
     du, residual = equilibrate(s, equations)
 
     n.a[:] = inertia.coefficient * du + start
@@ -61,12 +57,6 @@ def one_step(s: State, dt: float) -> None:
     s.time += dt
 
 
-def lumped_mass(s: State, w: Workspace) -> None:
-    """Nodal masses [kg], shape (N,)."""
-    s.nodes.m[:] = 0.0
-    assembly.add_lumped(w.phi, s.particles.m, s.nodes.m)
-
-
 def mass_blocks(s: State, w: Workspace) -> np.ndarray:
     """Mass by blocks of the pattern [kg], shape (blocks,): consistent, or `s.nodes.m` on the diagonal."""
     assert w.pattern is not None
@@ -83,7 +73,7 @@ def projected(s: State, w: Workspace, u: np.ndarray) -> np.ndarray:
     assert w.pattern is not None
     active = w.pattern.active
     sums = np.zeros_like(s.nodes.v)
-    assembly.project(w.phi, s.particles.m, u, sums)
+    transfer.p2g_momentum(w.phi, s.particles.x, s.particles.m, u, sums)
     out = np.zeros_like(sums)
     mass = s.nodes.m[active]
     out[active] = sums[active] / np.where(mass > 0.0, mass, np.inf)[:, None]

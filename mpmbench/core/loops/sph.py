@@ -13,7 +13,7 @@ from mpmbench.core.bases.clouds.sph_kernel import REACH, KernelBasis, cubic_spli
 from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import lean, matrix
 from mpmbench.core.errors import BrokeDown, Diverged, NotApplicable
-from mpmbench.core.loops.explicit import constrain
+from mpmbench.core.loads import body_force, constrain
 from mpmbench.core.materials import cauchy_stress
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
@@ -47,8 +47,7 @@ def step(s: State, dt: float) -> None:
         ]
         a = V / m * (scatter(push[1], i, len(x)) - scatter(push[0], j, len(x)))
     if s.loads.body_force is not None:
-        s.loads.body_force(p.X, s.time, p.b)
-        a += p.b[solid]
+        a += body_force(s, s.time)[solid]
     constrain(s, dt)
     v[:] = np.where(s.fixed, s.nodes.v, v + dt * a)
 

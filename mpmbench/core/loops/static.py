@@ -6,14 +6,8 @@ is implicit MPM, whose particles are located anew after each load step.
 
 from mpmbench.core.implicit import check_choices
 from mpmbench.core.implicit.newton import Equations, equilibrate
-from mpmbench.core.implicit.step import (
-    convect,
-    external_force,
-    halve_when_needed,
-    prepare,
-    reaction,
-    work_of_loads,
-)
+from mpmbench.core.implicit.step import convect, halve_when_needed, prepare, reaction
+from mpmbench.core.loads import body_force, external_force, work_of_loads
 from mpmbench.core.materials import kirchhoff_stress
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
@@ -22,9 +16,9 @@ from mpmbench.core.state import State
 def one_step(s: State, dt: float) -> None:
     """Find equilibrium with the loads at ``time + dt``."""
     w = prepare(s)
-    external_force(s, w, s.time)
-    before = s.particles.b.copy()
-    equations = Equations(s, w, external_force(s, w, s.time + dt), dt, inertia=None)
+    before = body_force(s, s.time).copy()
+    external_force(s, w.phi, s.time + dt, s.nodes.f_external)
+    equations = Equations(s, w, s.nodes.f_external, dt, inertia=None)
     du, residual = equilibrate(s, equations)
     moved = convect(s, w, du)
     s.record("reaction", reaction(s, w, residual))

@@ -14,7 +14,8 @@ from mpmbench.core.errors import NotApplicable, NotConverged
 from mpmbench.core.implicit import linear
 from mpmbench.core.implicit import newton as newton_iteration
 from mpmbench.core.implicit.newton import Equations, newton
-from mpmbench.core.implicit.step import external_force, prepare
+from mpmbench.core.implicit.step import prepare
+from mpmbench.core.loads import external_force
 from mpmbench.core.simulation import simulate
 from tests.core.support import compose
 
@@ -154,7 +155,8 @@ def test_other_solvers_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     config = compose("cantilever_self_weight", "fem", "linear", resolution=16)
     state = case.build(case.read(config))
     w = prepare(state)
-    equations = Equations(state, w, external_force(state, w, 1.0), 1.0, None)
+    force = external_force(state, w.phi, 1.0, state.nodes.f_external)
+    equations = Equations(state, w, force, 1.0, None)
     du = np.zeros_like(state.nodes.v)
     residual = equations.residual(du)
     assert residual is not None

@@ -9,7 +9,8 @@ from mpmbench import case
 from mpmbench.core import registry
 from mpmbench.core.compiled import has_version, kernel
 from mpmbench.core.implicit.newton import Equations
-from mpmbench.core.implicit.step import external_force, prepare
+from mpmbench.core.implicit.step import prepare
+from mpmbench.core.loads import external_force
 from mpmbench.core.materials import cauchy_stress, kirchhoff_stress
 from mpmbench.core.materials.mohr_coulomb import (
     APEX,
@@ -225,7 +226,8 @@ def test_global_tangent_is_the_derivative_of_the_residual(
     config = compose("cantilever_self_weight", method, basis, resolution=8, **changes)
     state = case.build(case.read(config))
     w = prepare(state)
-    equations = Equations(state, w, external_force(state, w, 1.0), 1.0, None)
+    force = external_force(state, w.phi, 1.0, state.nodes.f_external)
+    equations = Equations(state, w, force, 1.0, None)
     rng = np.random.default_rng(5)
     pattern = equations.pattern
     du = np.zeros_like(state.nodes.v)

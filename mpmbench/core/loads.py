@@ -1,0 +1,119 @@
+"""What acts on a body from outside, for all time loops: body force, point loads and prescribed motion."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mpmbench.core import transfer
+from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.particles import Particles
+
+if TYPE_CHECKING:
+    from mpmbench.core.state import State
+
+
+@dataclass(frozen=True)
+class Loads:
+    """What acts on the body from outside.
+
+    Attributes
+    ----------
+    body_force : callable or None
+        ``body_force(X, t, b)`` writes the force per unit mass [N/kg] at initial positions X, shape
+        (P, dim), to `b`.
+    traction : callable or None
+        ``traction(t)`` gives the point loads [N], shape (n, dim); they act on the first n tracers.
+    prescribed_motion : callable or None
+        ``prescribed_motion(X_i, t)`` gives the displacement [m], shape (N, dim), of the fixed
+        components of nodes that started at X_i; without it they rest.
+    landing : callable or None
+        ``landing(x_i)`` marks the components of moving nodes, shape (N, dim) of bool, that are held
+        from now on.
+    """
+
+    body_force: Callable[[np.ndarray, float, np.ndarray], None] | None = None
+    traction: Callable[[float], np.ndarray] | None = None
+    prescribed_motion: Callable[[np.ndarray, float], np.ndarray] | None = None
+    landing: Callable[[np.ndarray], np.ndarray] | None = None
+
+    def displacement(self, X: np.ndarray, time: float) -> np.ndarray:
+        """Prescribed displacements [m] of nodes or points that started at X, shape (N, dim)."""
+        if self.prescribed_motion is None:
+            return np.zeros_like(X)
+        return self.prescribed_motion(X, time)
+
+    def increment(self, X: np.ndarray, time: float, dt: float) -> np.ndarray:
+        """Prescribed displacements [m] from `time` to ``time + dt``, shape (N, dim)."""
+        return self.displacement(X, time + dt) - self.displacement(X, time)
+
+
+def loaded_points(p: Particles, loads: int, treatment: str) -> np.ndarray:
+    """Rows of the points that carry the loads: the tracers, or the material particle nearest to each of them."""
+    tracers = np.arange(len(p.x) - p.tracers, len(p.x))[:loads]
+    if treatment == "end_point":
+        return tracers
+    distance = np.linalg.norm(p.X[tracers, None, :] - p.X[None, p.material, :], axis=2)
+    return np.argmin(distance, axis=1)
+
+
+def body_force(s: "State", time: float) -> np.ndarray:
+    """Body force per unit mass at `time` [N/kg], shape (P, dim); it is left in ``particles.b``."""
+    p = s.particles
+    if s.loads.body_force is not None:
+        s.loads.body_force(p.X, time, p.b)
+    return p.b
+
+
+def external_force(s: "State", phi: Any, time: float, force: np.ndarray) -> np.ndarray:
+    """Write ``f_i = sum_p m_p b_p phi_i + sum phi_i(x) t`` at `time` [s] to `force` [N], shape (N, dim).
+
+    `phi` is a handle that is valid for the particles; the dead load of the nodes comes on top.
+    """
+    p = s.particles
+    force[:] = s.dead_load
+    if s.loads.body_force is not None:
+        transfer.p2g_momentum(phi, p.x, p.m, body_force(s, time), force)
+    if s.loads.traction is not None:
+        loaded = s.traction_particle
+        stored, rows = phi, loaded
+        if not isinstance(phi, Stencils):
+            stored, rows = s.basis.evaluate(p.x[loaded]), np.arange(len(loaded))
+        for row, load in zip(rows, s.loads.traction(time), strict=True):
+            k = stored.size[row]
+            force[stored.index[row, :k]] += stored.phi[row, :k, None] * load
+    return force
+
+
+def constrain(s: "State", dt: float) -> None:
+    """Write the velocity of the coming step to the fixed components: positions are then exact at whole steps."""
+    change = s.loads.increment(s.initial_nodes, s.time, dt)
+    s.nodes.v[s.fixed] = change[s.fixed] / dt
+
+
+def reaction_work(s: "State", dt: float) -> float:
+    """Work of the constraint forces ``M a - f`` on the prescribed motion during the step [J]."""
+    if s.loads.prescribed_motion is None:
+        return 0.0
+    n = s.nodes
+    reaction = s.mass.multiply(n.a) - n.f
+    return dt * float(np.sum((reaction * n.v)[s.fixed]))
+
+
+def work_of_loads(s: "State", before: np.ndarray, moved: np.ndarray, dt: float) -> float:
+    """Work of body force and point loads in a step by the trapezoidal rule [J].
+
+    Parameters
+    ----------
+    before : ndarray
+        Body force at the start of the step [N/kg], shape (P, dim).
+    moved : ndarray
+        Displacements of the points in the step [m], shape (P, dim).
+    """
+    p = s.particles
+    work = 0.5 * float(np.sum(p.m[:, None] * (before + p.b) * moved))
+    if s.loads.traction is not None:
+        load = s.loads.traction(s.time) + s.loads.traction(s.time + dt)
+        work += 0.5 * float(np.sum(load * moved[s.traction_particle]))
+    return work
