@@ -1,15 +1,52 @@
-"""Sums over the particles: internal force and tangent, mass, external force. Shapes as in `Stencils` and `Pattern`."""
+"""Sums over the particles of implicit methods: internal force, tangent and mass, and what goes back to the particles.
+
+Shapes as in `Stencils` and `Pattern`.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 
-from mpmbench.core.compiled import kernel, matrix, vector
+from mpmbench.core.compiled import inlined, kernel, matrix, vector
 from mpmbench.core.compiled.algebra import determinant, inverse, multiply
 from mpmbench.core.materials import kirchhoff_stress
 
 
+class Start(NamedTuple):
+    """Particles at the start of a step.
+
+    Attributes
+    ----------
+    V0 : ndarray
+        Reference volumes [m^dim], shape (P,).
+    F, state : ndarray
+        Deformation gradients and history, shapes (P, dim, dim) and (P, n).
+    """
+
+    V0: np.ndarray
+    F: np.ndarray
+    state: np.ndarray
+
+
+class Iterate(NamedTuple):
+    """Particles after an increment of displacement.
+
+    Attributes
+    ----------
+    F, state : ndarray
+        Deformation gradients and history, shapes (P, dim, dim) and (P, n).
+    tau : ndarray
+        Kirchhoff stresses [Pa], shape (P, dim, dim).
+    """
+
+    F: np.ndarray
+    state: np.ndarray
+    tau: np.ndarray
+
+
 @kernel
-def equilibrium(law, phi, V0, F_old, state_old, du, F, state, tau, force, tangent, slot, blocks):  # type: ignore[no-untyped-def]
-    """Add the internal force and, if wanted, its derivative by the increment of displacement.
+def equilibrium(law, phi, start, du, iterate, force, slot, blocks):  # type: ignore[no-untyped-def]
+    """Add the internal force and its derivative by the increment of displacement.
 
     ``f_I += sum_p V0_p tau_p grad N_I`` and ``K_IJ += sum_p V0_p grad N_I . a_p . grad N_J`` with
     the moduli a of `kirchhoff_stress`, which hold the geometric part too (Iaconeta 2017, Eqs.
@@ -19,16 +56,15 @@ def equilibrium(law, phi, V0, F_old, state_old, du, F, state, tau, force, tangen
     ----------
     phi : Stencils
         Functions at the start of the step.
-    F_old, state_old : ndarray
-        Deformation gradients and history at the start of the step, shapes (P, dim, dim) and (P, n).
+    start : Start
     du : ndarray
         Increment of the nodal displacements [m], shape (N, dim).
-    F, state, tau : ndarray
-        Written: deformation gradients, history and Kirchhoff stresses [Pa] for this increment.
+    iterate : Iterate
+        Written.
     force : ndarray
         Internal forces [N], shape (N, dim).
-    tangent : bool
-        Whether `blocks`, shape (blocks, dim, dim), is summed.
+    slot, blocks : ndarray
+        Of the tangent [N/m], shapes (P, K, K) and (blocks, dim, dim).
 
     Returns
     -------
@@ -37,63 +73,98 @@ def equilibrium(law, phi, V0, F_old, state_old, du, F, state, tau, force, tangen
     """
     axes = phi.axes
     dim = len(axes)
-    width = phi.index.shape[1]
-    grad = np.empty((width, dim))
+    grad = np.empty((phi.index.shape[1], dim))
     half = np.empty((dim, dim, dim))
     moduli = np.empty((dim, dim, dim, dim))
     increment, inverse_increment = matrix(axes, axes), matrix(axes, axes)
-    F_p, new, tau_p = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
+    F_old, F_new, tau = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
     for p in range(phi.size.shape[0]):
-        if V0[p] == 0.0:
+        if start.V0[p] == 0.0:
             continue
+        displacement_gradient(phi, p, du, increment)
         for a in range(dim):
             for b in range(dim):
-                increment[a, b] = 1.0 if a == b else 0.0
-                F_p[a, b] = F_old[p, a, b]
-        for k in range(phi.size[p]):
-            i = phi.index[p, k]
-            for a in range(dim):
-                for b in range(dim):
-                    increment[a, b] += du[i, a] * phi.grad_phi[p, k, b]
-        multiply(axes, increment, F_p, new)
-        if not (determinant(axes, increment) > 0.0 and determinant(axes, new) > 0.0):
+                F_old[a, b] = start.F[p, a, b]
+        multiply(axes, increment, F_old, F_new)
+        if not (determinant(axes, increment) > 0.0 and determinant(axes, F_new) > 0.0):
             return p
         inverse(axes, increment, inverse_increment)
-        kirchhoff_stress(law, axes, increment, new, state_old[p], state[p], tau_p, moduli)
+        kirchhoff_stress(law, axes, increment, F_new, start.state[p], iterate.state[p], tau, moduli)
         for a in range(dim):
             for b in range(dim):
-                F[p, a, b], tau[p, a, b] = new[a, b], tau_p[a, b]
+                iterate.F[p, a, b], iterate.tau[p, a, b] = F_new[a, b], tau[a, b]
+        push_forward(phi, p, inverse_increment, grad)
+        add_force(phi, p, start.V0[p], tau, grad, force)
         for k in range(phi.size[p]):
-            i = phi.index[p, k]
-            for a in range(dim):
-                total = 0.0
-                for b in range(dim):
-                    total += phi.grad_phi[p, k, b] * inverse_increment[b, a]
-                grad[k, a] = total
-            for a in range(dim):
-                total = 0.0
-                for b in range(dim):
-                    total += tau_p[a, b] * grad[k, b]
-                force[i, a] += V0[p] * total
-        if tangent:
-            for k in range(phi.size[p]):
-                for a in range(dim):
-                    for b in range(dim):
-                        for d in range(dim):
-                            total = 0.0
-                            for c in range(dim):
-                                total += grad[k, c] * moduli[a, c, b, d]
-                            half[a, b, d] = V0[p] * total
-                for n in range(phi.size[p]):
-                    s = slot[p, k, n]
-                    if s >= 0:
-                        for a in range(dim):
-                            for b in range(dim):
-                                total = 0.0
-                                for d in range(dim):
-                                    total += half[a, b, d] * grad[n, d]
-                                blocks[s, a, b] += total
+            contract(axes, start.V0[p], grad, k, moduli, half)
+            for n in range(phi.size[p]):
+                if slot[p, k, n] >= 0:
+                    add_block(axes, half, grad, n, blocks, slot[p, k, n])
     return -1
+
+
+@inlined
+def displacement_gradient(phi, p, du, increment):  # type: ignore[no-untyped-def]
+    """``DF = I + sum_I Du_I (x) grad_n N_I`` at particle p."""
+    dim = len(phi.axes)
+    for a in range(dim):
+        for b in range(dim):
+            increment[a, b] = 1.0 if a == b else 0.0
+    for k in range(phi.size[p]):
+        i = phi.index[p, k]
+        for a in range(dim):
+            for b in range(dim):
+                increment[a, b] += du[i, a] * phi.grad_phi[p, k, b]
+
+
+@inlined
+def push_forward(phi, p, inverse_increment, grad):  # type: ignore[no-untyped-def]
+    """``grad N_I = DF^-T grad_n N_I`` at particle p."""
+    dim = len(phi.axes)
+    for k in range(phi.size[p]):
+        for a in range(dim):
+            total = 0.0
+            for b in range(dim):
+                total += phi.grad_phi[p, k, b] * inverse_increment[b, a]
+            grad[k, a] = total
+
+
+@inlined
+def add_force(phi, p, V0, tau, grad, force):  # type: ignore[no-untyped-def]
+    """``f_I += V0 tau grad N_I`` of particle p."""
+    dim = len(phi.axes)
+    for k in range(phi.size[p]):
+        i = phi.index[p, k]
+        for a in range(dim):
+            total = 0.0
+            for b in range(dim):
+                total += tau[a, b] * grad[k, b]
+            force[i, a] += V0 * total
+
+
+@inlined
+def contract(axes, V0, grad, k, moduli, half):  # type: ignore[no-untyped-def]
+    """``half_abd = V0 sum_c (grad N_k)_c a_acbd``."""
+    dim = len(axes)
+    for a in range(dim):
+        for b in range(dim):
+            for d in range(dim):
+                total = 0.0
+                for c in range(dim):
+                    total += grad[k, c] * moduli[a, c, b, d]
+                half[a, b, d] = V0 * total
+
+
+@inlined
+def add_block(axes, half, grad, n, blocks, s):  # type: ignore[no-untyped-def]
+    """``K_ab += sum_d half_abd (grad N_n)_d`` in block s."""
+    dim = len(axes)
+    for a in range(dim):
+        for b in range(dim):
+            total = 0.0
+            for d in range(dim):
+                total += half[a, b, d] * grad[n, d]
+            blocks[s, a, b] += total
 
 
 @kernel

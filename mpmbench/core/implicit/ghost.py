@@ -93,7 +93,7 @@ class GhostGrid:
 
 
 @kernel
-def add_ghost(phi, point, laplace, stiffness, du, force, tangent, slot, blocks):  # type: ignore[no-untyped-def]
+def add_ghost(phi, point, laplace, stiffness, du, force, slot, blocks):  # type: ignore[no-untyped-def]
     """Add ``eps E L du`` to the forces, shape (N, dim), and ``eps E L`` to the blocks."""
     for c in range(point.shape[0]):
         p = point[c]
@@ -103,6 +103,6 @@ def add_ghost(phi, point, laplace, stiffness, du, force, tangent, slot, blocks):
                 value = stiffness * laplace[c, k, n]
                 for d in range(du.shape[1]):
                     force[i, d] += value * du[phi.index[p, n], d]
-                if tangent and slot[p, k, n] >= 0:
+                if slot[p, k, n] >= 0:
                     for d in range(du.shape[1]):
                         blocks[slot[p, k, n], d, d] += value

@@ -95,9 +95,10 @@ class Equations:
         """
         p, w, pattern = self.s.particles, self.w, self.pattern
         self.internal[:], self.blocks[:] = 0.0, 0.0
-        iterate = w.F, w.state, w.tau, self.internal
+        start, iterate = assembly.Start(p.V0, p.F, p.state), assembly.Iterate(w.F, w.state, w.tau)
+        tangent = pattern.slot, self.blocks
         inverted = assembly.equilibrium(
-            self.s.law, w.phi, p.V0, p.F, p.state, du, *iterate, True, pattern.slot, self.blocks
+            self.s.law, w.phi, start, du, iterate, self.internal, *tangent
         )
         if inverted >= 0:
             return None
@@ -105,17 +106,8 @@ class Equations:
         if w.ghost is not None:
             stiffness = self.s.choices.ghost_stiffness * self.young_modulus
             ghost = np.zeros_like(residual)
-            add_ghost(
-                w.phi,
-                w.ghost.point,
-                w.ghost.laplace,
-                stiffness,
-                du,
-                ghost,
-                True,
-                pattern.slot,
-                self.blocks,
-            )
+            cells = w.ghost.point, w.ghost.laplace
+            add_ghost(w.phi, *cells, stiffness, du, ghost, *tangent)
             residual -= ghost
         if self.inertia is not None:
             a = (self.inertia.coefficient * du + self.inertia.start)[pattern.active]
