@@ -34,7 +34,7 @@ VERBS = {
         "run what is missing of a paper, then write its report",
     ),
     "report": (
-        "mpmbench.runs.sweep.reporting:main",
+        "mpmbench.commands.report:main",
         "RESULTS",
         "write the report of a folder of results",
     ),

@@ -24,11 +24,14 @@ from typing import Any
 from mpmbench.commands import bisect
 from mpmbench.results import completion
 from mpmbench.runs.sweep.display import shorten
+from mpmbench.runs.sweep.reporting import build as build_report
+from mpmbench.runs.sweep.reporting import is_younger
 from mpmbench.settings.schema import (
     PACKAGE,
     BadInput,
     did_you_mean,
     experiments,
+    papers,
     read_yaml,
     shipped_folder,
 )
@@ -62,14 +65,16 @@ class Experiment:
 
     @property
     def plugins(self) -> Path | None:
-        """The paper's own folder of plug-ins, when the experiment names one of them."""
-        folder = self.file.parent / "plugins"
-        brought = {option.stem for option in folder.glob("conf/*/*.yaml")}
-        return (
-            folder
-            if brought & set(re.findall(r"\w+", self.file.read_text(encoding="utf-8")))
-            else None
-        )
+        """The paper's own folder of plug-ins, when the experiment names one of them.
+
+        It is beside the experiment, or beside its folder ``experiments``.
+        """
+        words = set(re.findall(r"\w+", self.file.read_text(encoding="utf-8")))
+        for place in self.file.parents[:2]:
+            brought = {option.stem for option in (place / "plugins").glob("conf/*/*.yaml")}
+            if brought & words:
+                return place / "plugins"
+        return None
 
 
 def main(arguments: list[str]) -> int:
@@ -82,7 +87,7 @@ def main(arguments: list[str]) -> int:
     pairs = [word for word in arguments if "=" in word]
     if len(given) != 1:
         raise BadInput(
-            f"reproduce: the name of a paper or an experiment is needed: {', '.join(papers())}"
+            f"reproduce: the name of a paper or an experiment is needed: {', '.join(groups())}"
         )
     keys = [pair.partition("=")[0] for pair in pairs]
     for key in ("experiments", "campaign"):
@@ -114,7 +119,7 @@ def interrupt(number: int, frame: Any) -> None:
     raise KeyboardInterrupt
 
 
-def papers() -> list[str]:
+def groups() -> list[str]:
     """Folders of experiments, and experiments in none."""
     return sorted({name.partition("/")[0] for name in experiments()})
 
@@ -133,7 +138,7 @@ def choose(name: str, output: Path) -> list[Experiment]:
         if one == name or one.startswith(f"{name}/")
     ]
     if not found:
-        known = [*papers(), *experiments()]
+        known = [*groups(), *experiments()]
         raise BadInput(
             f"reproduce {name}: there is no such paper or experiment{did_you_mean(name, known)}"
         )
@@ -281,27 +286,21 @@ def without_result(experiment: Experiment, names: set[str]) -> Iterable[str]:
 
 def report(name: str, folder: Path, chosen: list[Experiment]) -> bool:
     """The paper's own report; that of each campaign where there is none."""
-    from mpmbench.runs.sweep import reporting
-
-    place = PACKAGE / "papers" / name
-    if not (place.is_dir() or place.with_suffix(".py").exists()):
-        built = [reporting.build(one.results, only_when_older=True) for one in chosen]
+    file = papers().get(name)
+    if file is None:
+        built = [build_report(one.results, only_when_older=True) for one in chosen]
         return all(built)
-    from mpmbench import papers as reports
-
     page = Path("reports") / name / "index.html"
-    sources = [
-        file
-        for room in ("papers", "report", "analysis")
-        for file in (PACKAGE / room).rglob("*")
-        if file.is_file()
-    ]
-    sources = [file for file in sources if "__pycache__" not in file.parts]
-    if page.exists() and all(
-        page.stat().st_mtime > file.stat().st_mtime for file in [*folder.rglob("*.nc"), *sources]
-    ):
-        print(f"report: {shorten(str(page))}")
-        return True
-    page = reports.build(name, folder.parent)
+    if not (page.exists() and is_younger(page, [*folder.rglob("*.nc"), *page_sources(name, file)])):
+        from mpmbench.papers import build
+
+        page = build(name, folder.parent)
     print(f"report: {shorten(str(page))}")
     return True
+
+
+def page_sources(name: str, file: Path) -> list[Path]:
+    """What makes the page of a paper: its own files, those that all papers share, and the drawing."""
+    shared = [PACKAGE / "papers", PACKAGE / "report", PACKAGE / "analysis"]
+    own = [*file.parent.rglob("*.py")] if file.parent.name == name else [file]
+    return own + [source for room in shared for source in room.iterdir() if source.is_file()]

@@ -35,7 +35,8 @@ file, or its status when it did not finish. In a `Campaign` of a paper the index
 belong into the repository, and index.html, PDF, PNG and LaTeX beside them.
 """
 
-from mpmbench.papers.kit import Campaigns, Chapter, Paper, cell, find, names, read_campaigns
+from mpmbench.papers.find import find, names
+from mpmbench.papers.kit import Campaigns, Chapter, Paper, cell, read_campaigns
 from mpmbench.papers.page import build
 from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, MissingRuns, Runs
 

@@ -1,8 +1,6 @@
 """What a paper's report is made of: the paper, its campaigns of runs, and chapters with figures and tables."""
 
 import dataclasses
-import importlib
-import pkgutil
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -20,7 +18,6 @@ from mpmbench.results import completion
 from mpmbench.results.records import Campaign, read_campaign
 
 ERRORS = ("error_displacement_rms", "error_stress_rms")
-NOT_PAPERS = ("page", "kit")
 
 
 class Campaigns(dict[str, Campaign]):
@@ -179,30 +176,6 @@ class Paper:
     chapters: tuple[Callable[[Campaigns], Chapter], ...]
     claims: tuple[Claim, ...] = ()
     summary: str = ""
-
-
-def names() -> list[str]:
-    """Papers that have a report, sorted."""
-    package = importlib.import_module("mpmbench.papers")
-    return sorted(
-        module.name
-        for module in pkgutil.iter_modules(package.__path__)
-        if module.name not in NOT_PAPERS
-    )
-
-
-def find(name: str) -> Paper:
-    """The paper of that name.
-
-    Raises
-    ------
-    KeyError
-        When there is none.
-    """
-    if name not in names():
-        raise KeyError(name)
-    paper: Paper = importlib.import_module(f"mpmbench.papers.{name}").PAPER
-    return paper
 
 
 def read_campaigns(folder: Path) -> Campaigns:

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.analysis.convergence import INTERVAL_MEANING
-from mpmbench.papers.kit import Campaigns, Chapter, Paper, find, read_campaigns
+from mpmbench.papers.find import find
+from mpmbench.papers.kit import Campaigns, Chapter, Paper, read_campaigns
 from mpmbench.report import style, tables
 from mpmbench.report.claims import HOLDS, UNDECIDED, MissingRuns, claims_table
 from mpmbench.report.page import Picture, Writer, template

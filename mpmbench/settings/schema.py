@@ -95,15 +95,53 @@ def options(group: str) -> dict[str, Path]:
     return dict(sorted(files.items()))
 
 
+def papers() -> dict[str, Path]:
+    """Name and file of every paper that has a report, ours and those of plug-ins, sorted.
+
+    The file is ``papers/<name>/__init__.py``, ``papers/<name>/paper.py`` or ``papers/<name>.py``,
+    and it has a line that begins with ``PAPER =``.
+
+    Raises
+    ------
+    BadInput
+        When two files bring a paper of the same name.
+    """
+    found: dict[str, Path] = {}
+    for folder in (PACKAGE, *plugin_folders()):
+        for pattern in ("*/__init__.py", "*/paper.py", "*.py"):
+            for file in sorted((folder / "papers").glob(pattern)):
+                if not re.search(r"^PAPER\b.*=", file.read_text(encoding="utf-8"), re.MULTILINE):
+                    continue
+                name = file.stem if pattern == "*.py" else file.parent.name
+                if name in found:
+                    raise BadInput(
+                        f"the paper {name} is there twice: in {found[name]} and in {file}"
+                    )
+                found[name] = file
+    return dict(sorted(found.items()))
+
+
+def experiment_folders() -> dict[Path, str]:
+    """Every folder of experiments, and what the names of its experiments begin with.
+
+    ``experiments`` beside `conf`, in it, and in the folders of plug-ins; a paper may hold its own
+    in ``papers/<name>/experiments``, which are then called ``<name>/...``.
+    """
+    places = [shipped_folder("experiments").parent, *conf_folders(), *plugin_folders()]
+    found = {place / "experiments": "" for place in places}
+    found |= {
+        file.parent / "experiments": f"{name}/"
+        for name, file in papers().items()
+        if file.parent.name == name
+    }
+    return {folder: prefix for folder, prefix in found.items() if folder.is_dir()}
+
+
 def experiments() -> dict[str, Path]:
     """Name (with the folder, as in ``wobbes2020/fig6``) and file of every experiment, sorted."""
-    folders = [
-        shipped_folder("experiments"),
-        *(folder / "experiments" for folder in conf_folders()),
-    ]
     found = {
-        file.relative_to(folder).with_suffix("").as_posix(): file
-        for folder in folders
+        prefix + file.relative_to(folder).with_suffix("").as_posix(): file
+        for folder, prefix in experiment_folders().items()
         for file in folder.rglob("*.yaml")
         if "plugins"
         not in file.relative_to(folder).parts  # options that an experiment brings along

@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Callable, Container, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,7 @@ from mpmbench.settings.schema import (
     conf_folders,
     declared,
     declared_anywhere,
+    experiment_folders,
     experiments,
     options,
     read_yaml,
@@ -41,33 +43,47 @@ from mpmbench.settings.schema import (
 
 
 class ExperimentsSource(FileConfigSource):
-    """Shows the folder ``experiments`` beside ``conf`` as a group of that name, and none of its neighbours."""
+    """Shows a folder of experiments as Hydra's group of them, that of a paper as a part of it."""
 
     @staticmethod
     def scheme() -> str:
         """Its part of a search path entry."""
         return "experiments"
 
-    def _ours(self, config_path: str) -> bool:
-        return config_path == "experiments" or config_path.startswith("experiments/")
+    @cached_property
+    def group(self) -> str:
+        """Where the folder is shown: ``experiments`` or ``experiments/<paper>``."""
+        return f"experiments/{experiment_folders().get(Path(self.path), '')}".rstrip("/")
+
+    def _inside(self, config_path: str) -> str | None:
+        """The place in the folder; None when Hydra asks for something else."""
+        ours = f"{config_path}/".startswith(f"{self.group}/")
+        return config_path[len(self.group) + 1 :] if ours else None
 
     def load_config(self, config_path: str) -> ConfigResult:
         """One experiment."""
-        return super().load_config(config_path)
+        return super().load_config(self._inside(config_path) or config_path)
 
     def is_group(self, config_path: str) -> bool:
-        """Whether this is a folder of experiments."""
-        return config_path == "" or (self._ours(config_path) and super().is_group(config_path))
+        """Whether this is a folder of experiments, or on the way to one."""
+        inside = self._inside(config_path)
+        if inside is not None:
+            return bool(super().is_group(inside))
+        return config_path == "" or self.group.startswith(f"{config_path}/")
 
     def is_config(self, config_path: str) -> bool:
         """Whether this is an experiment."""
-        return self._ours(config_path) and super().is_config(config_path)
+        inside = self._inside(config_path)
+        return inside is not None and bool(super().is_config(inside))
 
     def list(self, config_path: str, results_filter: ObjectType | None) -> list[str]:
         """Experiments and folders of them."""
-        if config_path == "":
-            return ["experiments"] if results_filter in (None, ObjectType.GROUP) else []
-        return super().list(config_path, results_filter) if self._ours(config_path) else []
+        inside = self._inside(config_path)
+        if inside is not None:
+            return list(super().list(inside, results_filter))
+        if not self.is_group(config_path) or results_filter is ObjectType.CONFIG:
+            return []
+        return [self.group[len(config_path) :].strip("/").partition("/")[0]]
 
 
 class OptionFolders(SearchPathPlugin):
@@ -75,7 +91,8 @@ class OptionFolders(SearchPathPlugin):
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
         """Append the folders."""
-        search_path.append("mpmbench", f"experiments://{shipped_folder('experiments').parent}")
+        for folder in experiment_folders():
+            search_path.append("mpmbench", f"experiments://{folder}")
         for folder in conf_folders()[1:]:
             search_path.append("mpmbench-plugins", f"file://{folder}")
 

@@ -1,29 +1,24 @@
-"""The command ``report``, and the report at the end of a sweep."""
+"""The report at the end of a sweep."""
 
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 from mpmbench.runs.sweep.display import shorten
-from mpmbench.settings.schema import PACKAGE, BadInput
+from mpmbench.settings.schema import PACKAGE
 
 
-def is_current(page: Path, folder: Path) -> bool:
-    """Whether a page is younger than all results and than the code that makes pages."""
-    sources = [
-        file
-        for room in ("report", "analysis")
-        for file in (PACKAGE / room).iterdir()
-        if file.is_file()
-    ]
-    return page.exists() and all(
-        page.stat().st_mtime > file.stat().st_mtime for file in [*folder.glob("*.nc"), *sources]
-    )
+def is_younger(page: Path, files: Iterable[Path]) -> bool:
+    """Whether a page has been written after all of these files."""
+    return all(page.stat().st_mtime > file.stat().st_mtime for file in files)
 
 
 def build(folder: Path, only_when_older: bool = False) -> bool:
     """Write the report of a folder of results and say where it is; a report that fails loses no run."""
     page = folder / "report" / "index.html"
-    if only_when_older and is_current(page, folder):
+    rooms = [PACKAGE / room for room in ("report", "analysis")]
+    sources = [file for room in rooms for file in room.iterdir() if file.is_file()]
+    if only_when_older and page.exists() and is_younger(page, [*folder.glob("*.nc"), *sources]):
         print(f"report: {shorten(str(page))}")
         return True
     try:
@@ -40,17 +35,3 @@ def build(folder: Path, only_when_older: bool = False) -> bool:
         return False
     print(f"report: {shorten(str(place))}")
     return True
-
-
-def main(arguments: list[str]) -> int:
-    """``report RESULTS``."""
-    if len(arguments) != 1:
-        raise BadInput(
-            "report: the folder of results is needed, for example `report results/quickstart`"
-        )
-    folder = Path(arguments[0])
-    if not folder.is_dir():
-        raise BadInput(f"report {folder}: there is no such folder")
-    if not any(folder.glob("*.nc")):
-        raise BadInput(f"report {folder}: there are no result files in it")
-    return 0 if build(folder.absolute()) else 1

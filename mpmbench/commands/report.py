@@ -1,0 +1,20 @@
+"""The command ``report``: figures and tables of a folder of results."""
+
+from pathlib import Path
+
+from mpmbench.runs.sweep import reporting
+from mpmbench.settings.schema import BadInput
+
+
+def main(arguments: list[str]) -> int:
+    """``report RESULTS``."""
+    if len(arguments) != 1:
+        raise BadInput(
+            "report: the folder of results is needed, for example `report results/quickstart`"
+        )
+    folder = Path(arguments[0])
+    if not folder.is_dir():
+        raise BadInput(f"report {folder}: there is no such folder")
+    if not any(folder.glob("*.nc")):
+        raise BadInput(f"report {folder}: there are no result files in it")
+    return 0 if reporting.build(folder.absolute()) else 1
