@@ -192,7 +192,7 @@ def run(flags: list[str], pairs: list[str]) -> int:
     from mpmbench.runs.process import isolation
 
     if not {flag.partition("=")[0] for flag in flags} & SHOW_ONLY:
-        isolation.warm_up()  # loads its libraries while we compose the configuration
+        isolation.processes.warm_up()  # loads its libraries while we compose the configuration
     from mpmbench.runs.sweep import session
 
     return session.run(flags, pairs, _started)

@@ -32,9 +32,9 @@ def main(arguments: list[str]) -> int:
     if not file.is_relative_to(PACKAGE):
         known = [part for part in os.environ.get("MPMBENCH_PLUGINS", "").split(os.pathsep) if part]
         os.environ["MPMBENCH_PLUGINS"] = os.pathsep.join(dict.fromkeys([*known, str(file.parent)]))
-    isolation.warm_up()
+    isolation.processes.warm_up()
     try:
-        brought = isolation.ask("contents", str(file), limits=LIMITS)
+        brought = isolation.processes.ask("contents", str(file), limits=LIMITS)
     except isolation.Ended as end:
         raise BadInput(f"check {file.name}: it cannot be imported: {end.reason}") from None
     if isinstance(brought, str):
@@ -98,7 +98,7 @@ def ask(*request: Any, deadline: float) -> Any:
     if left <= 0.0:
         return OVER
     try:
-        return isolation.ask(
+        return isolation.processes.ask(
             *request, limits=LIMITS | {"setup": min(left, LIMITS["setup"] or left)}
         )
     except isolation.Ended as end:

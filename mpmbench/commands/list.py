@@ -56,7 +56,7 @@ def applicability(problem: str) -> int:
     from mpmbench.runs.process import isolation
     from mpmbench.runs.sweep import execute
 
-    isolation.warm_up()
+    isolation.processes.warm_up()
     from mpmbench.runs.hydra.compose import compose_many
 
     pairs = [(method, basis) for method in options("method") for basis in options("basis")]

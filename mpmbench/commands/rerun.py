@@ -34,7 +34,7 @@ def main(arguments: list[str]) -> int:
     before = read_attributes(file)
     if before is None:
         raise BadInput(f"rerun {file}: not a readable result of mpmbench")
-    isolation.warm_up()
+    isolation.processes.warm_up()
     config = rebuild(file, before)
     with tempfile.TemporaryDirectory(prefix="mpmbench-rerun-") as folder:
         config |= {"output_dir": folder, "campaign": "rerun"}

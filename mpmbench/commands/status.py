@@ -5,22 +5,25 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+from mpmbench.core.registry import places, plugins_of
 from mpmbench.results.identity import code_digests, code_hash
 from mpmbench.results.netcdf import read_attributes
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.plan import Plan, state_of
-from mpmbench.settings.schema import BadInput
+from mpmbench.settings.schema import GROUPS, BadInput, options
 
 STATES = ("fresh", "stale", "untimed", "failed", "missing")
 
 
 def main(arguments: list[str]) -> int:
-    """``status``, ``status RESULTS``, or ``status`` with the arguments of a sweep, whose cells it looks up."""
+    """``status``, ``status RESULTS``, ``status FILE.nc``, or ``status`` with the arguments of a sweep."""
     if any("=" in argument or argument == "-m" for argument in arguments):
         return of_sweep(arguments)
     if len(arguments) > 1:
         raise BadInput("status: one folder of results, or key=value as for a sweep, is needed")
     top = Path(arguments[0] if arguments else "results")
+    if top.is_file():
+        return of_file(top)
     if not top.is_dir():
         raise BadInput(f"status: there is no folder {top}")
     folders = sorted({file.parent for file in top.rglob("*.nc")})
@@ -33,6 +36,15 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
+def of_file(file: Path) -> int:
+    """One result, with the traceback of a run that crashed."""
+    print(describe(file))
+    trace = (read_attributes(file) or {}).get("traceback")
+    if trace:
+        print(trace, end="")
+    return 0
+
+
 def describe(file: Path) -> str:
     """One line about a result file."""
     attributes = read_attributes(file)
@@ -42,13 +54,25 @@ def describe(file: Path) -> str:
     state = state_of(attributes, config, code_hash(code_digests(config)))
     if state == "missing":  # interrupted or crashed: to be run again, but there is a file
         state = "failed"
-    changed = (
-        f"  changed since: {', '.join(changed_files(attributes, config))}"
-        if state == "stale"
-        else ""
-    )
+    changed = ""
+    if state == "stale" and (missing := missing_plugins(config)):
+        state, changed = "plug-in missing", f"  {missing}: name its folder in MPMBENCH_PLUGINS"
+    elif state == "stale":
+        changed = f"  changed since: {', '.join(changed_files(attributes, config))}"
     outcome = attributes["status"] + (f": {attributes['reason']}" if attributes["reason"] else "")
-    return f"{state:<11}{file.stem:<46}{outcome}{changed}"
+    return f"{state:<10} {file.stem:<46}{outcome}{changed}"
+
+
+def missing_plugins(config: dict[str, Any]) -> str:
+    """The choices of a configuration that nothing here registers, as ``basis=name``."""
+    missing = []
+    for group in GROUPS:
+        name = config[group]["name"]
+        registered = config[group].get("time") or name  # a method names its loop
+        known = registered in places(group) or plugins_of(group, registered)
+        if not known or name not in options(group):
+            missing.append(f"{group}={name}")
+    return ", ".join(missing)
 
 
 def changed_files(attributes: dict[str, Any], config: dict[str, Any]) -> list[str]:
@@ -64,7 +88,7 @@ def of_sweep(arguments: list[str]) -> int:
     from mpmbench.settings import arguments as command_line
 
     flags, pairs = command_line.split(arguments, [])
-    isolation.warm_up()
+    isolation.processes.warm_up()
     from mpmbench.runs.hydra import compose
 
     if not compose.wants_many(flags, pairs):

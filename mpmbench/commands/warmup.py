@@ -10,7 +10,7 @@ def main(arguments: list[str]) -> int:
     from mpmbench.settings import arguments as command_line
 
     _, pairs = command_line.split(arguments, [])
-    isolation.warm_up()
+    isolation.processes.warm_up()
     from mpmbench.runs.hydra.compose import compose_many
 
     given = {pair.partition("=")[0] for pair in pairs}

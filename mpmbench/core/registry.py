@@ -8,10 +8,13 @@ import importlib.util
 import os
 import re
 import sys
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache, partial
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec, SourceFileLoader
 from importlib.metadata import entry_points
 from pathlib import Path
+from types import ModuleType
 from typing import Any, TypeVar
 
 from mpmbench.core.moved import keep_old_places
@@ -24,8 +27,13 @@ PACKAGES = {
     "problem": "mpmbench.problems",
 }
 _registered: dict[str, dict[str, Any]] = {kind: {} for kind in PACKAGES}
-_plugins_loaded = False
+_broken: dict[str, BaseException] = {}  # plug-in files that cannot be imported, by module
+PREFIX = "mpmbench_plugin_"  # of the names that plug-in files have as modules
 Plugin = TypeVar("Plugin")
+
+
+class BrokenPlugin(ImportError):
+    """A plug-in that cannot be had; the cause is what its file raised, if it did."""
 
 
 def register(kind: str, name: str) -> Callable[[Plugin], Plugin]:
@@ -48,13 +56,25 @@ def get(kind: str, name: str) -> Any:
 
     Raises
     ------
+    BrokenPlugin
+        When the file that registers it cannot be imported, or when there are two.
     KeyError
         When no file and no plug-in registers this name.
     """
-    if name not in _registered[kind] and name in places(kind):
-        importlib.import_module(places(kind)[name])
+    ours = [module for known, module in places(kind).items() if known == name]
+    theirs = [module for module, file in plugin_modules().items() if name in _named(kind, file)]
+    if len(ours + theirs) > 1:
+        raise BrokenPlugin(
+            f"{kind}={name} is registered twice: by {' and by '.join(ours + theirs)}"
+        )
     if name not in _registered[kind]:
-        load_plugins()
+        _import(ours or theirs or plugin_modules())
+    if name not in _registered[kind]:
+        for module in theirs or plugin_modules():
+            if module in _broken:
+                file = plugin_modules()[module]
+                sentence = f"{kind}={name}: the plug-in {file.name} cannot be imported"
+                raise BrokenPlugin(sentence) from _broken[module]
     return _registered[kind][name]
 
 
@@ -62,12 +82,17 @@ def get(kind: str, name: str) -> Any:
 def places(kind: str) -> dict[str, str]:
     """Module of each of our own plug-ins of one kind, by name; read from the text, without importing."""
     folder = PACKAGE / PACKAGES[kind].partition(".")[2].replace(".", "/")
-    mark = re.compile(rf'register\("{kind}", "(\w+)"\)')
     return {
         name: ".".join(("mpmbench", *file.relative_to(PACKAGE).with_suffix("").parts))
         for file in sorted(folder.rglob("*.py"))
-        for name in mark.findall(file.read_text(encoding="utf-8"))
+        for name in _named(kind, file)
     }
+
+
+def _named(kind: str, file: Path) -> list[str]:
+    """Names of one kind that a file registers, read from its text."""
+    mark = rf"""register\(\s*["']{kind}["'],\s*["'](\w+)["']"""
+    return re.findall(mark, file.read_text(encoding="utf-8", errors="replace"))
 
 
 def names(kind: str) -> list[str]:
@@ -77,12 +102,13 @@ def names(kind: str) -> list[str]:
 
 
 def plugin_folders() -> list[Path]:
-    """Folders of ``MPMBENCH_PLUGINS`` (separated as in PATH) and of the entry points ``mpmbench.plugins``."""
-    folders = [
-        Path(part).resolve()
-        for part in os.environ.get("MPMBENCH_PLUGINS", "").split(os.pathsep)
-        if part
-    ]
+    """Folders of ``MPMBENCH_PLUGINS`` (separated as in PATH) and of entry points ``mpmbench.plugins``."""
+    return _plugin_folders(os.environ.get("MPMBENCH_PLUGINS", ""))
+
+
+@cache
+def _plugin_folders(variable: str) -> list[Path]:
+    folders = [Path(part).resolve() for part in variable.split(os.pathsep) if part]
     for entry in entry_points(group="mpmbench.plugins"):
         spec = importlib.util.find_spec(entry.value)
         places = spec.submodule_search_locations if spec is not None else None
@@ -100,25 +126,94 @@ def plugin_files() -> list[Path]:
     ]
 
 
-def load_plugins() -> None:
-    """Import every plug-in file once; each registers what it brings."""
-    global _plugins_loaded
-    if _plugins_loaded:
-        return
-    _plugins_loaded = True
+def plugin_modules() -> dict[str, Path]:
+    """Every plug-in file by its name as a module; of two files with one name, the second gets a mark."""
+    modules: dict[str, Path] = {}
     for file in plugin_files():
-        load_file(file)
+        name = PREFIX + re.sub(r"\W", "_", file.stem)
+        while name in modules:
+            name += "_"
+        modules[name] = file
+    return modules
 
 
-def load_file(file: Path) -> None:
-    """Import one plug-in file under its own name."""
-    name = f"mpmbench_plugin_{file.stem}"
-    if name in sys.modules:
-        return
-    spec = importlib.util.spec_from_file_location(name, file)
-    if spec is None or spec.loader is None:
-        raise ImportError(f"{file} is not a Python file")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    keep_old_places()
-    spec.loader.exec_module(module)
+def plugins_of(kind: str, name: str) -> list[Path]:
+    """The plug-in files that ``<kind>=<name>`` may come from: that which names it, else all of them."""
+    return [file for file in plugin_files() if name in _named(kind, file)] or plugin_files()
+
+
+def load_plugins() -> None:
+    """Import every plug-in file; each registers what it brings."""
+    _import(plugin_modules())
+
+
+def load_file(file: Path) -> str:
+    """Import one plug-in file, be it in a folder of plug-ins or not, and return its name as a module.
+
+    Raises
+    ------
+    BrokenPlugin
+        When it cannot be imported.
+    """
+    known = {place: name for name, place in plugin_modules().items()}
+    name = known.get(file.resolve(), PREFIX + re.sub(r"\W", "_", file.stem))
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_loader(name, PluginLoader(name, str(file)))
+        assert spec is not None and spec.loader is not None
+        sys.modules[name] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(sys.modules[name])
+    if name in _broken:
+        raise BrokenPlugin(f"the plug-in {file.name} cannot be imported") from _broken[name]
+    return name
+
+
+def _import(modules: Iterable[str]) -> None:
+    for module in modules:
+        importlib.import_module(module)
+
+
+class PluginModules(MetaPathFinder):
+    """Finds plug-in files as modules.
+
+    Whatever has been compiled for a plug-in's classes stays in the cache of kernels under the name
+    of its module, and a look into the cache imports that. A file that is broken or gone, or has no such
+    class any more, gives an empty one for this reason: it concerns only the runs that use it.
+    """
+
+    def find_spec(
+        self, name: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if not name.startswith(PREFIX):
+            return None
+        file = str(plugin_modules().get(name, f"{name}.py"))
+        return importlib.util.spec_from_file_location(name, file, loader=PluginLoader(name, file))
+
+
+class PluginLoader(SourceFileLoader):
+    """Runs a plug-in file, and keeps what it raises for those who ask for the plug-in."""
+
+    def path_stats(self, path: str) -> Any:
+        """Keep no bytecode, which would count for a file that is edited within the same second."""
+        raise OSError
+
+    def exec_module(self, module: ModuleType) -> None:
+        keep_old_places()
+        try:
+            super().exec_module(module)
+        except (Exception, SystemExit) as error:
+            _broken[module.__name__] = error
+            for known in _registered.values():
+                for name in [n for n, one in known.items() if one.__module__ == module.__name__]:
+                    del known[name]
+        vars(module).setdefault("__getattr__", partial(_stand_in, module))
+
+
+def _stand_in(module: ModuleType, name: str) -> type:
+    """An empty class in the place of one that the cache of kernels names."""
+    if name.startswith("__"):
+        raise AttributeError(name)
+    setattr(module, name, type(name, (), {"__module__": module.__name__}))
+    return getattr(module, name)  # type: ignore[no-any-return]
+
+
+sys.meta_path.insert(0, PluginModules())

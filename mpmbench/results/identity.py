@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from mpmbench.core.registry import PACKAGES, places, plugin_files
+from mpmbench.core.registry import PACKAGES, places, plugin_files, plugins_of
 from mpmbench.settings.schema import PACKAGE
 
 # What does not change a result, so that changing it makes no finished run worthless.
@@ -74,12 +74,12 @@ def code_digests(config: dict[str, Any]) -> dict[str, str]:
     found: dict[str, str] = {}
     waiting = ["case/build.py", "core/registry.py"]
     for group in PACKAGES:
-        # A method's choices name its time loop.
-        chosen = places(group).get(config[group].get("time") or config[group]["name"])
+        option = config[group].get("time") or config[group]["name"]  # a method names its loop
+        chosen = places(group).get(option)
         if chosen is not None:
             waiting.append(chosen.partition(".")[2].replace(".", "/") + ".py")
         else:
-            for file in plugin_files():
+            for file in plugins_of(group, option):
                 found[file.name], imported = _meaning(file, file.stat().st_mtime_ns)
                 waiting.extend(imported)
     while waiting:

@@ -333,8 +333,8 @@ def test_a_server_that_is_killed_between_two_runs_costs_nothing(command, plugins
     from mpmbench.runs.process import isolation
 
     assert command("problem=failing_bar").code == 0
-    isolation._server.process.kill()
-    isolation._server.process.wait()
+    isolation.processes.server.process.kill()
+    isolation.processes.server.process.wait()
     assert command("problem=failing_bar").code == 0
 
 

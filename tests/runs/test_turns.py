@@ -83,7 +83,7 @@ def test_a_timing_that_was_disturbed_is_taken_again(command, folder, monkeypatch
     """Another run comes in during the first two: only later times are kept."""
     from mpmbench.runs.sweep import execute
 
-    original, calls = execute.isolation.ask, []
+    original, calls = execute.isolation.processes.ask, []
 
     def disturbed(*request, **options):
         if request[0] == "run":

@@ -18,6 +18,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from mpmbench.core.registry import plugin_files
 from mpmbench.runs.process.environment import prepare
 
 WATCH_EVERY = 0.05  # seconds between two looks at the memory of a child
@@ -210,68 +211,90 @@ def how_it_ended(code: int) -> str:
     return f"left with exit code {code} and no result"
 
 
-_server: Server | None = None
-_child: Child | None = None
+class Processes:
+    """The server of this process and the child that its requests go to, started when they are needed.
 
-
-def warm_up() -> Server:
-    """Start the server, or start it anew when plug-ins or sources have changed."""
-    global _server, _child
-    environment = dict(os.environ)
-    prepare(environment)
-    relevant = {key: environment.get(key, "") for key in ("NUMBA_CACHE_DIR", "MPMBENCH_PLUGINS")}
-    if _server is not None and (_server.process.poll() is not None or _server.relevant != relevant):
-        close()
-    if _server is None:
-        _server = Server.start(environment, relevant)
-    return _server
-
-
-def new_child() -> Child:
-    """A new child, of a new server when the old one is gone.
-
-    Raises
-    ------
-    Ended
-        When the new server does not start either.
+    A server serves as long as the environment and the plug-ins are those that it was started with.
     """
+
+    def __init__(self) -> None:
+        self.server: Server | None = None
+        self.child: Child | None = None
+        atexit.register(self.close)
+
+    def warm_up(self) -> Server:
+        """Start the server, or start it anew when plug-ins or sources have changed."""
+        environment = dict(os.environ)
+        prepare(environment)
+        relevant = {
+            "cache": environment["NUMBA_CACHE_DIR"],
+            "plugins": environment.get("MPMBENCH_PLUGINS", ""),
+            "files": plugin_state(),
+        }
+        old = self.server
+        if old is not None and (old.process.poll() is not None or old.relevant != relevant):
+            self.close()
+        if self.server is None:
+            self.server = Server.start(environment, relevant)
+        return self.server
+
+    def new_child(self) -> Child:
+        """A new child, of a new server when the old one is gone.
+
+        Raises
+        ------
+        Ended
+            When the new server does not start either.
+        """
+        try:
+            return (self.server or self.warm_up()).child()
+        except (OSError, Ended):
+            self.close()
+            return self.warm_up().child()
+
+    def ask(
+        self,
+        *request: Any,
+        limits: dict[str, Any],
+        on_progress: Callable[[float, float], None] | None = None,
+    ) -> Any:
+        """Have a child answer a request; the child of the request before when that ended well.
+
+        Raises
+        ------
+        Ended
+            When the child died or reached a limit.
+        """
+        if self.server is not None and self.server.relevant.get("files") != plugin_state():
+            self.close()  # a plug-in was edited: what is loaded would fit neither it nor its cache
+        child, self.child = self.child, None
+        if child is not None and child.connection.poll(0):  # it was killed while it waited
+            child.end()
+            child = None
+        child = child or self.new_child()
+        answer = child.ask(*request, limits=limits, on_progress=on_progress)
+        if isinstance(answer, dict) and answer.get("status", "ok") not in ("ok", "not_applicable"):
+            child.end()
+        else:
+            self.child = child
+        return answer
+
+    def close(self) -> None:
+        """End the server and its children."""
+        if self.server is not None:
+            self.server.close()
+        self.server = self.child = None
+
+
+def plugin_state() -> str:
+    """What changes when a plug-in file is added, removed, renamed or edited."""
     try:
-        return (_server or warm_up()).child()
-    except (OSError, Ended):
-        close()
-        return warm_up().child()
+        stats = [(str(file), file.stat()) for file in plugin_files()]
+    except OSError:  # one is being replaced
+        return ""
+    return str([(name, stat.st_mtime_ns, stat.st_size) for name, stat in stats])
 
 
-def ask(
-    *request: Any, limits: dict[str, Any], on_progress: Callable[[float, float], None] | None = None
-) -> Any:
-    """Have a child answer a request; the child of the request before when that ended well.
-
-    Raises
-    ------
-    Ended
-        When the child died or reached a limit.
-    """
-    global _child
-    child, _child = _child, None
-    if child is not None and child.connection.poll(0):  # it was killed while it waited
-        child.end()
-        child = None
-    child = child or new_child()
-    answer = child.ask(*request, limits=limits, on_progress=on_progress)
-    if isinstance(answer, dict) and answer.get("status", "ok") not in ("ok", "not_applicable"):
-        child.end()
-    else:
-        _child = child
-    return answer
-
-
-def close() -> None:
-    """End the server and its children."""
-    global _server, _child
-    if _server is not None:
-        _server.close()
-    _server = _child = None
-
-
-atexit.register(close)
+# Those of this process: starting them takes a second, so that a notebook's calls and a launcher's
+# worker share them.
+processes = Processes()

@@ -27,9 +27,7 @@ def load(file: Path) -> str:
         name = ".".join(["mpmbench", *file.relative_to(PACKAGE).with_suffix("").parts])
         importlib.import_module(name)
         return name
-    registry.load_plugins()
-    registry.load_file(file)
-    return f"mpmbench_plugin_{file.stem}"
+    return registry.load_file(file)
 
 
 def outline(

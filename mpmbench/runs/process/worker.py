@@ -13,11 +13,12 @@ import xarray as xr
 
 from mpmbench import case
 from mpmbench.core.errors import BadSetting, NotApplicable
+from mpmbench.core.registry import BrokenPlugin
 from mpmbench.results import netcdf
 from mpmbench.results.provenance import library_versions
 from mpmbench.runs.process.exclusive import undisturbed_since
+from mpmbench.runs.process.reasons import explain
 
-LONGEST_REASON = 200  # characters; the file keeps the whole traceback
 REPORT_EVERY = 0.02  # seconds between two progress messages
 
 
@@ -46,6 +47,8 @@ def check(
             answer["bad"] = str(error)
         except NotApplicable as error:
             answer["not_applicable"] = str(error)
+        except BrokenPlugin as error:
+            answer["bad"] = explain(error)
         except Exception as error:
             answer["bad"] = f"the check of this configuration failed: {explain(error)}"
         answer["earlier"] = netcdf.read_attributes(Path(target))
@@ -138,7 +141,10 @@ def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict
     }
     status, reason = dataset.attrs["status"], dataset.attrs["reason"]
     answer = {"status": status, "reason": reason, "scalars": scalars, "unwritten": unwritten}
-    return answer | {"solver_times": dataset.attrs.get("solver_times", [])}
+    return answer | {
+        "solver_times": dataset.attrs.get("solver_times", []),
+        "has_traceback": "traceback" in dataset.attrs,
+    }
 
 
 def score(name: str) -> Callable[..., Any]:
@@ -176,14 +182,6 @@ def progress_to(connection: Connection) -> Any:
             connection.send(("progress", fraction, simulation_time))
 
     return progress
-
-
-def explain(error: BaseException) -> str:
-    """One line: the error, and the place in the sources where it was raised."""
-    frames = traceback.extract_tb(error.__traceback__)
-    place = f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno})" if frames else ""
-    text = " ".join(str(error).split())
-    return f"{type(error).__name__}: {text[:LONGEST_REASON] + '...' if len(text) > LONGEST_REASON else text}{place}"
 
 
 def forget_peak_memory() -> None:

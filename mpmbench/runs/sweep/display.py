@@ -58,6 +58,8 @@ def summary(record: Record, total_seconds: float) -> str:
     spent = [f"{word} {value:.3g} s" for word, value in times if value is not None]
     lines.append("  seconds".ljust(28) + ", ".join([*spent, f"total {total_seconds:.3g} s"]))
     lines.append("  result".ljust(28) + (record.unwritten or shorten(record.file)))
+    if record.has_traceback and not record.unwritten:
+        lines.append("  traceback".ljust(28) + traceback_of(record))
     return "\n".join(lines)
 
 
@@ -75,7 +77,15 @@ def failures(records: list[Record]) -> str:
     for record in records:
         reason = "; ".join(part for part in (record.reason, record.unwritten) if part)
         rows.append(f"  {record.outcome:<13} {record.name:<44} {reason}")
+    traced = [record for record in records if record.has_traceback and not record.unwritten]
+    if traced:
+        rows.append(f"where each was raised is in its file: {traceback_of(traced[0])}, for example")
     return "\n".join(rows)
+
+
+def traceback_of(record: Record) -> str:
+    """The command that prints the traceback of a run that crashed."""
+    return f"`python -m mpmbench status {shorten(record.file)}`"
 
 
 def plan_line(plan: Plan) -> str:

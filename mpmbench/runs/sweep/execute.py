@@ -34,6 +34,7 @@ class Record:
     solver_times: list[float] = field(
         default_factory=list
     )  # of the repeats that had the machine to themselves
+    has_traceback: bool = False  # as an attribute of its file
 
     @property
     def failed(self) -> bool:
@@ -78,7 +79,7 @@ def check(cells: list[tuple[dict[str, Any], str]]) -> list[dict[str, Any]]:
     requests = [(config, reason, str(result_path(config))) for config, reason in cells]
     first = cells[0][0]
     try:
-        answers = isolation.ask("check", requests, limits=limits_of(first))
+        answers = isolation.processes.ask("check", requests, limits=limits_of(first))
     except isolation.Ended as end:
         raise BadInput(
             f"the configuration could not be checked: {end.reason}", exit_code=1
@@ -144,7 +145,9 @@ def run(
         try:
             request = ("run", config, known, str(target), began, list(solver_times))
             return _record(
-                target, isolation.ask(*request, limits=limits, on_progress=on_progress), started
+                target,
+                isolation.processes.ask(*request, limits=limits, on_progress=on_progress),
+                started,
             )
         except isolation.Ended as end:
             known |= {"status": end.status, "reason": end.reason}
@@ -186,7 +189,9 @@ def leave_record(
             "wall-clock time from the start of the solver to its end",
         )
     try:
-        answer = isolation.ask("record", known, scalars, str(target), limits=limits_of(config))
+        answer = isolation.processes.ask(
+            "record", known, scalars, str(target), limits=limits_of(config)
+        )
     except isolation.Ended as end:
         answer = {
             "status": known["status"],
@@ -201,6 +206,7 @@ def _record(target: Path, answer: dict[str, Any], started: float) -> Record:
     record = Record(target.stem, answer["status"], answer["reason"], str(target), answer["scalars"])
     record.seconds, record.unwritten = time.perf_counter() - started, answer["unwritten"]
     record.solver_times = answer.get("solver_times", [])
+    record.has_traceback = answer.get("has_traceback", False)
     return record
 
 

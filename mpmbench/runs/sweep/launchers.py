@@ -131,7 +131,7 @@ def compile_kernels(config: dict[str, Any]) -> str:
         "end_time": config["end_time"] * 1e-6 if step == "auto" else min(config["end_time"], step)
     }
     try:
-        answer = isolation.ask("solve", short, limits=execute.limits_of(config))
+        answer = isolation.processes.ask("solve", short, limits=execute.limits_of(config))
     except isolation.Ended as end:
         return f"{end.status}, {end.reason}"
     return (

@@ -191,7 +191,7 @@ def run_composed(config: Any, hydra: Any, ledger: Ledger) -> None:
     single = hydra.mode is None or hydra.mode.name == "RUN"
     sequential = single or launchers.name_of(hydra) in launchers.SEQUENTIAL
     if not sequential:
-        follow_owner(ledger, isolation.close)
+        follow_owner(ledger, isolation.processes.close)
     if ledger.said("stop") or ledger.said("abandon"):
         return
     resolved, reason = resolve.resolve(config, hydra)
