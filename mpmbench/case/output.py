@@ -47,7 +47,7 @@ def dataset(
     scalar(
         "n_nodes", len(state.basis.nodes), "1", "number of nodes (degrees of freedom per component)"
     )
-    for name, (value, unit, text) in getattr(state.basis, "statistics", dict)().items():
+    for name, (value, unit, text) in state.basis.statistics().items():
         scalar(name, value, unit, text)
     scalar(
         "n_cell_crossings",

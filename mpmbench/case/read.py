@@ -13,6 +13,7 @@ from mpmbench.core.compiled import has_version
 from mpmbench.core.errors import BadSetting, NotApplicable, require
 from mpmbench.core.geometry import Box
 from mpmbench.core.materials import Material
+from mpmbench.core.moved import complete
 from mpmbench.problems import Problem
 
 Config = Mapping[str, Any]
@@ -65,8 +66,11 @@ def read(config: Config) -> Case:
         ) from None
     getattr(step, "check", lambda _: None)(choices)
     getattr(step, "check_basis", lambda _: None)(case.basis_name)
-    getattr(case.basis, "check", lambda *_: None)(choices, problem.touches_fixed_nodes)
-    if choices.ghost_stiffness > 0.0 and not getattr(case.basis, "background_grid", False):
+    complete(type(case.basis), BasisSettings)
+    case.basis.check(choices, problem.touches_fixed_nodes)
+    if choices.moving and not case.basis.promises.moves:
+        raise NotApplicable(f"basis={case.basis_name} has nodes that cannot move")
+    if choices.ghost_stiffness > 0.0 and not case.basis.background_grid:
         raise NotApplicable(
             f"method.ghost_stiffness > 0 needs a background grid, and basis={case.basis_name} has none"
         )

@@ -40,3 +40,10 @@ def keep_old_places() -> None:
     """Let old names be imported from now on."""
     if not any(isinstance(finder, MovedModules) for finder in sys.meta_path):
         sys.meta_path.insert(0, MovedModules())
+
+
+def complete(old: type, base: type) -> None:
+    """Give a class that was written before `base` was a base class what it does not define itself."""
+    for name, default in vars(base).items():
+        if not name.startswith("_") and not hasattr(old, name):
+            setattr(old, name, default)

@@ -18,6 +18,7 @@ from mpmbench.core.loads import Loads, loaded_points
 from mpmbench.core.loops.explicit import update_particles
 from mpmbench.core.materials import Material
 from mpmbench.core.matrix.mass import make_mass
+from mpmbench.core.moved import complete
 from mpmbench.core.particles import Particles
 from mpmbench.core.state import Nodes, State
 from mpmbench.core.transfer import kinetic_energy, strain_energy
@@ -84,12 +85,13 @@ def build_state(body: Body, basis: BasisSettings, material: Material, choices: C
     """Allocate everything a run needs."""
     p = body.particles
     deformed = body.displacement is not None and (choices.moving or choices.frozen)
-    functions: Basis = basis.build(
+    complete(type(basis), BasisSettings)
+    functions = basis.build(
         body.geometry, len(p.x), (choices.moving and not choices.frozen) or deformed
     )
+    complete(type(functions), Basis)
     reference = functions.nodes.copy()
-    if hasattr(functions, "follow"):
-        functions.follow(p)
+    functions.follow(p)
     if deformed and body.displacement is not None:
         functions.move(body.displacement(reference))
     if choices.frozen:

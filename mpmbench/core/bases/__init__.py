@@ -1,18 +1,21 @@
-"""Shape functions: one file per basis. What a basis owes to the rest of the program is written down here.
+"""Shape functions: one file per basis. What a basis owes to the rest of the program stands here.
 
-A plug-in is a dataclass of its settings, registered with ``@register("basis", name)``, whose
-``build`` returns an object that fulfils `Basis`. A basis on a cloud keeps `Stencils` (stored
-values); a basis on a grid brings a handle of its own with the four compiled functions of
-`handle.py`, so that nothing is stored per particle.
+A plug-in is a dataclass of its settings, derived from `BasisSettings` and registered with
+``@register("basis", name)``. Its ``build`` returns a `Basis`: a `StoredBasis`, whose functions at
+the particles are stored in `Stencils`, or one with a handle of its own, which answers the questions
+of `handle.py` in compiled code, so that nothing is stored per particle.
 """
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 
 from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.choices import Choices
+from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Geometry
+from mpmbench.core.particles import Particles
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,8 @@ class Promises:
         Functions exist outside the nodes too; then no particle is ever lost.
     grid : bool
         Needs a `Box` (tensor products); otherwise any node set will do.
+    moves : bool
+        The nodes can move; otherwise methods with moving nodes are refused.
     """
 
     dimensions: tuple[int, ...] = (1, 2, 3)
@@ -50,39 +55,108 @@ class Promises:
     gradient_on_hull: bool = True
     extrapolates: bool = False
     grid: bool = False
+    moves: bool = True
 
 
-class Basis(Protocol):
-    """A set of shape functions on a set of nodes, which may move."""
+class Basis:
+    """A set of shape functions on a set of nodes, which may move.
 
-    nodes: np.ndarray  # positions of the degrees of freedom x_i [m], shape (N, dim)
-    handle: Any  # the NamedTuple that compiled kernels take; its arrays are updated in place by locate and move
+    Attributes
+    ----------
+    nodes : ndarray
+        Positions x_i of the degrees of freedom [m], shape (N, dim).
+    handle : NamedTuple
+        What compiled kernels take (`handle.py`). It is read anew after every `locate`.
+    constant_values : bool
+        Values at the particles never change, and with them the consistent mass matrix, which is
+        then assembled once.
+    """
+
+    nodes: np.ndarray
+    handle: Any
+    constant_values: bool = False
+
+    def follow(self, particles: Particles) -> None:
+        """Learn, once and before the first step, which particles the functions are for.
+
+        Their arrays (volumes, deformation gradients) are updated in place: a basis that depends on
+        them keeps `particles` and reads them at each `locate`.
+        """
 
     def evaluate(self, x: np.ndarray) -> Stencils:
         """Values and gradients at any points `x` [m], shape (n, dim), in arrays of their own.
 
         Raises `BrokeDown` when a point has no functions, `NotConverged` when an iteration fails.
         """
-        ...
+        raise NotImplementedError
 
     def locate(self, x: np.ndarray) -> None:
-        """Make `handle` valid for the particles at `x` [m], shape (P, dim), without allocating."""
-        ...
+        """Make `handle` valid for the particles at `x` [m], shape (P, dim).
+
+        Its arrays are written in place. Only when a particle has more functions than ever before
+        does `handle` become a new, wider one. Where functions are evaluated on the fly, nothing is
+        to be done.
+        """
 
     def first_outside(self, x: np.ndarray) -> int:
-        """Number of the first particle outside the domain of the basis, -1 when all are inside."""
-        ...
+        """Number of the first particle that has no functions, -1 when there is none.
+
+        By default functions exist everywhere, and only a position that is no number has none.
+        """
+        lost = np.flatnonzero(~np.isfinite(x).all(axis=1))
+        return int(lost[0]) if len(lost) else -1
 
     def move(self, displacement: np.ndarray) -> None:
         """Move the nodes by the coefficients `displacement` [m], shape (N, dim)."""
-        ...
+        raise NotApplicable(f"the nodes of {type(self).__name__} cannot move")
+
+    def statistics(self) -> dict[str, tuple[float, str, str]]:
+        """What the basis has to say about a run: name -> (value, unit, long name)."""
+        return {}
 
 
-class BasisSettings(Protocol):
-    """The registered dataclass: its fields are the keys of ``conf/basis/<name>.yaml``, checked in ``__post_init__``."""
+class StoredBasis(Basis):
+    """A basis whose functions at the particles are stored, once evaluated.
+
+    A subclass allocates `handle` (`Stencils.empty`) and writes `_fill`.
+    """
+
+    handle: Stencils
+
+    def _fill(self, x: np.ndarray, stored: Stencils) -> Stencils:
+        """Write the functions at points `x`, shape (n, dim), to `stored` or, if too narrow, to new ones.
+
+        Returns the stencils that were written.
+        """
+        raise NotImplementedError
+
+    def evaluate(self, x: np.ndarray) -> Stencils:
+        return self._fill(x, Stencils.empty(len(x), self.handle.width, x.shape[1]))
+
+    def locate(self, x: np.ndarray) -> None:
+        self.handle = self._fill(x, self.handle)
+
+
+class BasisSettings:
+    """Base class of the registered dataclasses, whose fields are the keys of ``conf/basis/<name>.yaml``.
+
+    Attributes
+    ----------
+    promises : Promises
+    background_grid : bool
+        The basis lives on cells that can carry ghost stiffness.
+    """
 
     promises: ClassVar[Promises]
+    background_grid: ClassVar[bool] = False
+
+    def check(self, choices: Choices, touches_fixed_nodes: bool) -> None:
+        """Raise `NotApplicable` for a method that makes no sense with this basis.
+
+        `touches_fixed_nodes` says that material of the problem may reach nodes that are held though
+        it did not touch them at the start.
+        """
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> Basis:
-        """The basis on `geometry`, with room for `particles` particles; `moving` when its nodes will move."""
-        ...
+        """The basis on `geometry`, with room for `particles` particles; `moving` when nodes will move."""
+        raise NotImplementedError

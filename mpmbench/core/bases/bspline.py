@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from mpmbench.core.bases import Promises
+from mpmbench.core.bases import BasisSettings, Promises
 from mpmbench.core.bases.tensor import TensorSpline
 from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box, Geometry
@@ -12,7 +12,7 @@ from mpmbench.core.registry import register
 
 @register("basis", "bspline")
 @dataclass(frozen=True)
-class BSpline:
+class BSpline(BasisSettings):
     """Settings of the B-spline basis.
 
     Parameters

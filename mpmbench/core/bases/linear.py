@@ -6,7 +6,7 @@ Wobbes 2020, Eqs. 75 and 76 with the slopes corrected to +1/(x_i - x_{i-1}) and 
 from dataclasses import dataclass
 from typing import ClassVar
 
-from mpmbench.core.bases import Basis, Promises
+from mpmbench.core.bases import Basis, BasisSettings, Promises
 from mpmbench.core.bases.quads import MovingQuads
 from mpmbench.core.bases.simplices import FixedSimplices, MovingSimplices
 from mpmbench.core.bases.tensor import TensorSpline
@@ -17,7 +17,7 @@ from mpmbench.core.registry import register
 
 @register("basis", "linear")
 @dataclass(frozen=True)
-class Linear:
+class Linear(BasisSettings):
     """Settings of the linear basis: there are none."""
 
     promises: ClassVar[Promises] = Promises(kronecker="everywhere", continuous_gradient=False)

@@ -5,8 +5,11 @@ and never change while particle and nodes move with the same functions. Values a
 only gradients follow the nodes.
 """
 
+from typing import ClassVar
+
 import numpy as np
 
+from mpmbench.core.bases import StoredBasis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import kernel, matrix
 from mpmbench.core.compiled.algebra import determinant, inverse
@@ -16,7 +19,10 @@ from mpmbench.core.geometry import Box
 
 @kernel
 def shape_functions(axes, corners, xi, phi, derivative):  # type: ignore[no-untyped-def]
-    """Values and derivatives by xi of the 2^dim linear functions at xi in [0, 1]^dim, corners as bits of the number."""
+    """Values and derivatives by xi of the 2^dim linear functions at xi in [0, 1]^dim.
+
+    Corners are the bits of the number of a function.
+    """
     for k in range(corners):
         phi[k] = 1.0
         for d in range(len(axes)):
@@ -30,7 +36,7 @@ def shape_functions(axes, corners, xi, phi, derivative):  # type: ignore[no-unty
 
 @kernel
 def push_gradients(axes, nodes, index, derivative, grad_phi):  # type: ignore[no-untyped-def]
-    """Gradients by x from those by xi: ``grad phi = J^-T dphi/dxi`` with ``J = sum_i x_i (x) dphi_i/dxi``.
+    """Gradients by x from those by xi: ``grad phi = J^-T dphi/dxi``, ``J = sum_i x_i (x) dphi_i/dxi``.
 
     Returns the number of the first point whose cell is turned inside out, -1 if there is none.
     """
@@ -63,44 +69,62 @@ def fill_parametric(axes, corners, xi, phi, derivative):  # type: ignore[no-unty
         shape_functions(axes, corners, xi[p], phi[p], derivative[p])
 
 
-class MovingQuads:
-    """Linear functions on a grid of cells that deform with their nodes (fulfils `Basis`)."""
+class MovingCells(StoredBasis):
+    """Linear functions on cells that deform with their nodes, and carry their particles along.
 
-    constant_values = True  # and with them the consistent mass matrix: it is assembled once
+    A subclass says by `_attach` where points are in their cells.
+    """
 
-    def __init__(self, box: Box, particles: int) -> None:
-        self.box: Box | None = box  # until the nodes move
-        self.nodes = box.nodes()
-        self.corners = 2**box.dimension
-        self.axes = (0.0,) * box.dimension
-        self.cells = _cell_nodes(box)
-        self.handle = Stencils.empty(particles, self.corners, box.dimension)
-        self.handle.size[:] = self.corners
-        self._derivative = np.zeros_like(self.handle.grad_phi)
-        self._located = False
+    constant_values = True
+    cell_name: ClassVar[str] = "cell"
 
-    def evaluate(self, x: np.ndarray) -> Stencils:
-        cell, xi = self._find(x)
-        stored = Stencils.empty(len(x), self.corners, len(self.axes))
-        derivative = np.zeros_like(stored.grad_phi)
-        stored.size[:] = self.corners
-        self._store(stored, derivative, cell, xi)
-        return stored
+    def __init__(self, nodes: np.ndarray, particles: int, functions: int) -> None:
+        self.nodes = np.array(nodes, dtype=float)
+        self.axes = (0.0,) * self.nodes.shape[1]
+        self.handle = Stencils.empty(particles, functions, len(self.axes))
+        self._derivative: np.ndarray | None = None  # of the functions by the places in the cells
 
-    def _store(
-        self, stored: Stencils, derivative: np.ndarray, cell: np.ndarray, xi: np.ndarray
-    ) -> None:
-        stored.index[:] = self.cells[cell]
-        fill_parametric(self.axes, self.corners, xi, stored.phi, derivative)
-        self._push(stored, derivative)
+    def _attach(self, x: np.ndarray, stored: Stencils) -> np.ndarray:
+        """Store nodes and values at points `x`; returns the derivatives by the places in their cells."""
+        raise NotImplementedError
 
-    def _push(self, stored: Stencils, derivative: np.ndarray) -> None:
+    def _push(self, stored: Stencils, derivative: np.ndarray) -> Stencils:
         bad = push_gradients(self.axes, self.nodes, stored.index, derivative, stored.grad_phi)
         if bad >= 0:
-            raise BrokeDown(f"the cell of particle {bad} is turned inside out")
+            raise BrokeDown(f"the {self.cell_name} of particle {bad} is turned inside out")
+        return stored
+
+    def _fill(self, x: np.ndarray, stored: Stencils) -> Stencils:
+        return self._push(stored, self._attach(x, stored))
+
+    def locate(self, x: np.ndarray) -> None:
+        """Find the cells of the particles once; from then on only gradients change."""
+        if self._derivative is None:
+            self._derivative = self._attach(x, self.handle)
+        self._push(self.handle, self._derivative)
+
+    def move(self, displacement: np.ndarray) -> None:
+        self.nodes += displacement
+
+
+class MovingQuads(MovingCells):
+    """Linear functions on the cells of a grid, whose corners move one by one."""
+
+    def __init__(self, box: Box, particles: int) -> None:
+        super().__init__(box.nodes(), particles, 2**box.dimension)
+        self.box: Box | None = box  # until the nodes move
+        self.cells = _cell_nodes(box)
+
+    def _attach(self, x: np.ndarray, stored: Stencils) -> np.ndarray:
+        cell, xi = self._find(x)
+        derivative = np.zeros_like(stored.grad_phi)
+        stored.size[:] = stored.width
+        stored.index[:] = self.cells[cell]
+        fill_parametric(self.axes, stored.width, xi, stored.phi, derivative)
+        return derivative
 
     def _find(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Cell and parametric coordinates: by division, or by Newton's method in each cell that could hold a point."""
+        """Cells of points and where in them: by division, or by Newton's method in each one that could do."""
         if self.box is not None:
             place = (x - np.array(self.box.lower)) / self.box.spacing
             number = np.clip(np.floor(place).astype(np.int64), 0, np.array(self.box.cells) - 1)
@@ -111,9 +135,8 @@ class MovingQuads:
         cell, xi = np.zeros(len(x), dtype=np.int64), np.zeros((len(x), len(self.axes)))
         slack = 1e-12 * (high - low).max()
         for p, point in enumerate(x):
-            for c in np.flatnonzero(
-                np.all((low - slack <= point) & (point <= high + slack), axis=1)
-            ):
+            near = np.all((low - slack <= point) & (point <= high + slack), axis=1)
+            for c in np.flatnonzero(near):
                 xi[p] = invert_map(self.axes, corners[c], point)
                 if np.all(np.abs(xi[p] - 0.5) <= 0.5 + 1e-9):
                     cell[p] = c
@@ -122,27 +145,14 @@ class MovingQuads:
                 raise BrokeDown(f"point {p} at {point} m is outside all cells")
         return cell, xi
 
-    def locate(self, x: np.ndarray) -> None:
-        if not self._located:
-            cell, xi = self._find(x)
-            self._store(self.handle, self._derivative, cell, xi)
-            self._located = True
-        else:
-            self._push(self.handle, self._derivative)
-
-    def first_outside(self, x: np.ndarray) -> int:
-        """Particles move with their cells and cannot leave them; a lost one is not a number."""
-        lost = np.flatnonzero(~np.isfinite(x).all(axis=1))
-        return int(lost[0]) if len(lost) else -1
-
     def move(self, displacement: np.ndarray) -> None:
         self.box = None
-        self.nodes += displacement
+        super().move(displacement)
 
 
 @kernel
 def invert_map(axes, corners, point):  # type: ignore[no-untyped-def]
-    """Parametric coordinates of `point` in the cell with these corners, shape (2^dim, dim), by Newton's method."""
+    """Parametric coordinates of `point` in the cell with these corners, shape (2^dim, dim)."""
     dim, n = len(axes), corners.shape[0]
     xi = np.full(dim, 0.5)
     phi, derivative = np.empty(n), np.empty((n, dim))
@@ -162,12 +172,11 @@ def invert_map(axes, corners, point):  # type: ignore[no-untyped-def]
 
 
 def _cell_nodes(box: Box) -> np.ndarray:
-    """Node numbers of each cell, shape (cells, 2^dim), corners as bits of their number, last axis fastest."""
+    """Node numbers of each cell, shape (cells, 2^dim); corners are bits, the last axis the lowest."""
     shape = tuple(n + 1 for n in box.cells)
     numbers = np.arange(int(np.prod(shape))).reshape(shape)
     parts = []
     for corner in np.ndindex(*(2,) * box.dimension):
-        parts.append(
-            numbers[tuple(slice(c, c + n) for c, n in zip(corner, box.cells, strict=True))].ravel()
-        )
+        cells = tuple(slice(c, c + n) for c, n in zip(corner, box.cells, strict=True))
+        parts.append(numbers[cells].ravel())
     return np.stack(parts, axis=1)

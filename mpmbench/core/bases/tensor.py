@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import (
     Stencils,
     count,
@@ -254,8 +255,8 @@ def count_crossings(grid, x, cells):  # type: ignore[no-untyped-def]
     return crossed
 
 
-class TensorSpline:
-    """Tensor-product B-splines of one degree with open knots along each axis (fulfils `Basis`)."""
+class TensorSpline(Basis):
+    """Tensor-product B-splines of one degree with open knots along each axis."""
 
     def __init__(self, box: Box, degree: int, moving: bool = False) -> None:
         dimension, longest, lanes = box.dimension, max(box.cells), lanes_for(degree + 1)
@@ -298,9 +299,6 @@ class TensorSpline:
         stored = Stencils.empty(len(x), (self.degree + 1) ** len(self.cells), len(self.cells))
         fill(self.handle, x, stored.size, stored.index, stored.phi, stored.grad_phi)
         return stored
-
-    def locate(self, x: np.ndarray) -> None:
-        """Nothing to do: the functions are evaluated on the fly."""
 
     def first_outside(self, x: np.ndarray) -> int:
         return int(first_outside(x, self.lower, self.upper))

@@ -22,7 +22,7 @@ class BandMass:
         self._factor = np.zeros((0, len(fixed), 1))
 
     def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
-        if self._factored and getattr(basis, "constant_values", False):
+        if self._factored and basis.constant_values:
             return
         self._factored = True
         while (width := assemble_band(basis.handle, p.x, p.m, self._band)) >= self._band.shape[1]:

@@ -70,8 +70,7 @@ def make_mass(choices: Choices, fixed: np.ndarray, basis: Basis, p: Particles) -
     if widest <= WIDEST_BAND:
         refuse_too_few_particles(basis, p, fixed, widest)
         return BandMass(fixed, threshold)
-    constant = getattr(basis, "constant_values", False)
-    if constant and len(basis.nodes) <= DIRECT_NODES:
+    if basis.constant_values and len(basis.nodes) <= DIRECT_NODES:
         return DirectMass(fixed, threshold)
     return SparseMass(fixed, threshold)
 

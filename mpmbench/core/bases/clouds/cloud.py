@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mpmbench.core.bases import Promises
+from mpmbench.core.bases import Promises, StoredBasis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.errors import BadSetting, BrokeDown
 
@@ -38,8 +38,8 @@ Fill = Callable[
 ]
 
 
-class CloudBasis:
-    """Functions of the nearest nodes of each point (fulfils `Basis`).
+class CloudBasis(StoredBasis):
+    """Functions of the nearest nodes of each point.
 
     Parameters
     ----------
@@ -58,8 +58,7 @@ class CloudBasis:
     Attributes
     ----------
     repaired : int
-        Number of points whose cloud was enlarged at the last `locate` because their functions
-        failed.
+        Number of points whose cloud was enlarged last time because their functions failed.
     """
 
     def __init__(
@@ -85,25 +84,6 @@ class CloudBasis:
         self.handle = Stencils.empty(particles, 1, self.nodes.shape[1])
         self.repaired = 0
 
-    def evaluate(self, x: np.ndarray) -> Stencils:
-        """Values and gradients at any points `x` [m], shape (n, dim), in arrays of their own.
-
-        Raises
-        ------
-        BrokeDown
-            When a point has no functions, whatever the size of its cloud.
-        """
-        return self._fill(np.ascontiguousarray(x))[0]
-
-    def locate(self, x: np.ndarray) -> None:
-        """Store the functions of the particles in `handle`."""
-        self.handle, self.repaired = self._fill(x)
-
-    def first_outside(self, x: np.ndarray) -> int:
-        """A point always finds nodes; a lost one is not a number."""
-        lost = np.flatnonzero(~np.isfinite(x).all(axis=1))
-        return int(lost[0]) if len(lost) else -1
-
     def move(self, displacement: np.ndarray) -> None:
         """Move the nodes; neighbours are found again at the next `locate`."""
         self.nodes += displacement
@@ -113,21 +93,22 @@ class CloudBasis:
             )
         self._tree = cKDTree(self.nodes)
 
-    def _fill(self, x: np.ndarray) -> tuple[Stencils, int]:
-        if not np.isfinite(x).all():
-            raise BrokeDown(
-                f"point {int(np.argmin(np.isfinite(x).all(axis=1)))} has no finite position"
-            )
+    def _fill(self, x: np.ndarray, stored: Stencils) -> Stencils:
+        if (lost := self.first_outside(x)) >= 0:
+            raise BrokeDown(f"point {lost} has no finite position")
+        x = np.ascontiguousarray(x)
         distance, near = self._nearest(x)
         count = np.maximum(np.sum(distance < self.radius, axis=1), self.minimum_nodes)
         radius = self._radii(distance, count)
-        stored = Stencils.empty(len(x), int(count.max(initial=1)) + SPARE, x.shape[1])
+        width = int(count.max(initial=1)) + SPARE
+        if stored.width < width:
+            stored = Stencils.empty(len(x), width, x.shape[1])
         failed = np.zeros(len(x), dtype=np.bool_)
         strict = int(count.max(initial=1)) < len(self.nodes)  # else there is nothing to take in
         self._fill_points(
             self.nodes, x, np.arange(len(x)), near, count, radius, strict, stored, failed
         )
-        repaired, rounds = int(failed.sum()), 0
+        self.repaired, rounds = int(failed.sum()), 0
         while (points := np.flatnonzero(failed)).size:
             rounds += 1
             count[points] += 1
@@ -147,7 +128,7 @@ class CloudBasis:
             failed[:] = False
             strict = rounds < PATIENCE and most < len(self.nodes)
             self._fill_points(self.nodes, x, points, near, count, radius, strict, stored, failed)
-        return stored, repaired
+        return stored
 
     def _nearest(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Distances and numbers of the nearest nodes, in that order: all within the radius, and a few to spare."""

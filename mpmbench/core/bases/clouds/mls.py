@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from mpmbench.core.bases import Promises
+from mpmbench.core.bases import BasisSettings, Promises
 from mpmbench.core.bases.clouds.cloud import CloudBasis
 from mpmbench.core.bases.entropy.lme import nodal_spacing
 from mpmbench.core.bases.handle import Stencils
@@ -38,7 +38,7 @@ LARGEST_SUM = 2.0  # of |N_I|: more has a point outside the nodes that carry wei
 
 @register("basis", "mls")
 @dataclass(frozen=True)
-class MovingLeastSquares:
+class MovingLeastSquares(BasisSettings):
     """Settings of the moving least squares basis.
 
     Parameters

@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mpmbench.core.bases import Promises
+from mpmbench.core.bases import BasisSettings, Promises, StoredBasis
 from mpmbench.core.bases.entropy.lme import nodal_spacing
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.choices import Choices
@@ -26,7 +26,7 @@ NORM = {1: 2.0 / 3.0, 2: 10.0 / (7.0 * math.pi), 3: 1.0 / math.pi}
 
 @register("basis", "kernel")
 @dataclass(frozen=True)
-class Kernel:
+class Kernel(BasisSettings):
     """Settings of the kernel.
 
     Parameters
@@ -72,8 +72,8 @@ def cubic_spline(distance: np.ndarray, h: float, dimension: int) -> tuple[np.nda
     )
 
 
-class KernelBasis:
-    """Kernels on a set of nodes (fulfils `Basis`).
+class KernelBasis(StoredBasis):
+    """Kernels on a set of nodes.
 
     Parameters
     ----------
@@ -91,12 +91,14 @@ class KernelBasis:
         self.spacing, self.smoothing_length = spacing, smoothing_length
         self.handle = Stencils.empty(particles, 1, nodes.shape[1])
 
-    def evaluate(self, x: np.ndarray) -> Stencils:
+    def _fill(self, x: np.ndarray, stored: Stencils) -> Stencils:
         dimension = x.shape[1]
         near = cKDTree(self.nodes).query_ball_point(
             x, REACH * self.smoothing_length, return_sorted=True
         )
-        stored = Stencils.empty(len(x), max(map(len, near), default=0) + 1, dimension)
+        width = max(map(len, near), default=0) + 1
+        if stored.width < width:
+            stored = Stencils.empty(len(x), width, dimension)
         stored.size[:] = [len(found) for found in near]
         for p, found in enumerate(near):
             stored.index[p, : len(found)] = found
@@ -108,14 +110,6 @@ class KernelBasis:
         stored.phi[:] = self.spacing**dimension * W * used
         stored.grad_phi[:] = (self.spacing**dimension * slope * used)[:, :, None] * difference
         return stored
-
-    def locate(self, x: np.ndarray) -> None:
-        self.handle = self.evaluate(x)
-
-    def first_outside(self, x: np.ndarray) -> int:
-        """There is no outside; a lost particle is not a number."""
-        lost = np.flatnonzero(~np.isfinite(x).all(axis=1))
-        return int(lost[0]) if len(lost) else -1
 
     def move(self, displacement: np.ndarray) -> None:
         self.nodes += displacement

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mpmbench.core.bases import Promises
+from mpmbench.core.bases import Basis, Promises
 from mpmbench.core.bases.clouds.search import fill_buckets, make_buckets
 from mpmbench.core.bases.entropy.consistent import ConsistentGradients
 from mpmbench.core.bases.entropy.locality import Metric, clip, convect
@@ -23,7 +23,7 @@ LARGEST_GROWTH = 2.0  # of a search radius whose nodes do not surround their poi
 GROWTH = 1.15
 
 
-class EntropyBasis:
+class EntropyBasis(Basis):
     """Maximum-entropy functions with a radial prior on a set of nodes (fulfils `Basis`).
 
     Parameters

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from mpmbench.core.bases import Promises
+from mpmbench.core.bases import BasisSettings, Promises
 from mpmbench.core.bases.clouds.cloud import CloudBasis
 from mpmbench.core.bases.entropy.basis import PROMISES, EntropyBasis
 from mpmbench.core.bases.entropy.consistent import ConsistentGradients
@@ -23,7 +23,7 @@ SMALLEST_RADIUS = 2.5  # in nodal spacings: fewer nodes may fail to surround a p
 
 @register("basis", "lme")
 @dataclass(frozen=True)
-class LocalMaxEnt:
+class LocalMaxEnt(BasisSettings):
     """Settings of the local max-ent basis: priors exp(-beta |x - x_i|^2) with beta = gamma / h^2.
 
     Parameters

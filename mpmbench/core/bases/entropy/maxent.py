@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from mpmbench.core.bases import Promises
+from mpmbench.core.bases import BasisSettings, Promises
 from mpmbench.core.bases.clouds.search import nearest_distances
 from mpmbench.core.bases.entropy.basis import PROMISES, EntropyBasis
 from mpmbench.core.bases.entropy.priors import CUBIC_SPLINE, GAUSSIAN, QUARTIC_SPLINE
@@ -21,7 +21,7 @@ GAUSSIAN_RIM = (
 
 @register("basis", "maxent")
 @dataclass(frozen=True)
-class MaxEnt:
+class MaxEnt(BasisSettings):
     """Settings of the max-ent basis.
 
     Parameters
