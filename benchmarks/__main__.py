@@ -14,7 +14,7 @@ from benchmarks.measure import REPEATS, interleaved, plate
 from benchmarks.reference_numpy import numpy_step
 from mpmbench import case
 from mpmbench.core import registry
-from mpmbench.core.bases.tensor import TensorSpline
+from mpmbench.core.bases.grid.spline import TensorSpline
 from mpmbench.core.compiled import threads
 from mpmbench.core.geometry import Box, Cloud
 from mpmbench.core.loops.explicit import step

@@ -6,7 +6,7 @@ same open B-splines, the same particles; the benchmark checks that both give the
 
 import numpy as np
 
-from mpmbench.core.bases.tensor import TensorSpline
+from mpmbench.core.bases.grid.spline import TensorSpline
 from mpmbench.core.state import State
 
 

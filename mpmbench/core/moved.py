@@ -9,6 +9,13 @@ from types import ModuleType
 
 MOVED = {
     "mpmbench.core.algebra": "mpmbench.core.compiled.algebra",
+    "mpmbench.core.bases.bspline": "mpmbench.core.bases.grid.bspline",
+    "mpmbench.core.bases.hull": "mpmbench.core.geometry.hull",
+    "mpmbench.core.bases.knots": "mpmbench.core.bases.grid.knots",
+    "mpmbench.core.bases.linear": "mpmbench.core.bases.grid.linear",
+    "mpmbench.core.bases.quads": "mpmbench.core.bases.cells.quads",
+    "mpmbench.core.bases.simplices": "mpmbench.core.bases.cells.simplices",
+    "mpmbench.core.bases.tensor": "mpmbench.core.bases.grid.spline",
     "mpmbench.core.methods": "mpmbench.core.loops",
     "mpmbench.core.methods.explicit": "mpmbench.core.loops.explicit",
     "mpmbench.core.rows": "mpmbench.core.compiled.rows",

@@ -10,7 +10,7 @@ import numpy as np
 from mpmbench.core import registry, transfer
 from mpmbench.core.bases import Basis, BasisSettings
 from mpmbench.core.bases.frozen import FrozenBasis
-from mpmbench.core.bases.tensor import TensorSpline, count_crossings
+from mpmbench.core.bases.grid.spline import TensorSpline, count_crossings
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import BrokeDown, Diverged, SolverFailure
 from mpmbench.core.geometry import Geometry

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from mpmbench.core.bases.bspline import BSpline
 from mpmbench.core.bases.clouds.search import make_buckets, nearest_distances
 from mpmbench.core.bases.entropy.basis import EntropyBasis
 from mpmbench.core.bases.entropy.lme import LocalMaxEnt, nodal_spacing
 from mpmbench.core.bases.entropy.maxent import MaxEnt
 from mpmbench.core.bases.entropy.points import evaluate_range
 from mpmbench.core.bases.entropy.priors import make_work
+from mpmbench.core.bases.grid.bspline import BSpline
 from mpmbench.core.compiled.exponentials import exponentiate, lean
 from mpmbench.core.errors import BadSetting, BrokeDown, NotConverged
 from mpmbench.core.geometry import Box, Cloud

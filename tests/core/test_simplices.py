@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mpmbench.core.bases.linear import Linear
-from mpmbench.core.bases.simplices import MovingSimplices
+from mpmbench.core.bases.cells.simplices import MovingSimplices
+from mpmbench.core.bases.grid.linear import Linear
 from mpmbench.core.errors import BrokeDown, NotApplicable
 from mpmbench.core.geometry import Box, Cloud
 from mpmbench.core.geometry.triangulate import jittered, triangulation

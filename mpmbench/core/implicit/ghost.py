@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mpmbench.core.bases import Basis
+from mpmbench.core.bases.cells.simplices import FixedSimplices
+from mpmbench.core.bases.grid.spline import TensorSpline, fill
 from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.bases.simplices import FixedSimplices
-from mpmbench.core.bases.tensor import TensorSpline, fill
 from mpmbench.core.compiled import kernel
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import tensor_points

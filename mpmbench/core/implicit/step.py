@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from mpmbench.core.bases.grid.spline import fill
 from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.bases.tensor import fill
 from mpmbench.core.errors import NotConverged
 from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.constraints import HeldPoints

@@ -10,8 +10,8 @@ from scipy.sparse import csc_matrix, csr_matrix
 from scipy.sparse.linalg import SuperLU, splu
 
 from mpmbench.core.bases import Basis
+from mpmbench.core.bases.grid.spline import TensorGrid
 from mpmbench.core.bases.handle import Stencils, count, index, locate, scratch, value
-from mpmbench.core.bases.tensor import TensorGrid
 from mpmbench.core.compiled import implements, kernel, lean, vector
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.particles import Particles

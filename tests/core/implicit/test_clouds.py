@@ -10,7 +10,7 @@ from mpmbench import case
 from mpmbench.analysis.convergence import fitted_order
 from mpmbench.core.bases.clouds.mls import MovingLeastSquares
 from mpmbench.core.bases.entropy.lme import LocalMaxEnt
-from mpmbench.core.bases.linear import Linear
+from mpmbench.core.bases.grid.linear import Linear
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box, Cloud

@@ -10,7 +10,7 @@ import xarray as xr
 from mpmbench import case
 from mpmbench.core import registry
 from mpmbench.core.bases.clouds.mls import MovingLeastSquares
-from mpmbench.core.bases.linear import Linear
+from mpmbench.core.bases.grid.linear import Linear
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Box

@@ -13,9 +13,9 @@ from mpmbench.core.bases.entropy.points import count_steps, evaluate_range, wide
 from mpmbench.core.bases.entropy.priors import NodeCloud, make_work
 from mpmbench.core.bases.entropy.solve import DONE, FLAT, OUTSIDE, STALLED, TOO_NARROW
 from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.bases.hull import Hull
 from mpmbench.core.compiled import threads
 from mpmbench.core.errors import BadSetting, BrokeDown, NotConverged
+from mpmbench.core.geometry.hull import Hull
 from mpmbench.core.particles import Particles
 
 PROMISES = Promises(kronecker="hull", gradient_on_hull=False)

@@ -7,8 +7,8 @@ Barycentric coordinates of a particle are its state, as are the parametric coord
 import numpy as np
 from scipy.spatial import cKDTree
 
+from mpmbench.core.bases.cells.quads import MovingCells
 from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.bases.quads import MovingCells
 from mpmbench.core.errors import BadSetting, BrokeDown
 from mpmbench.core.geometry import Cloud
 

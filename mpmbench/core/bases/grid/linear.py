@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from mpmbench.core.bases import Basis, BasisSettings, Promises
-from mpmbench.core.bases.quads import MovingQuads
-from mpmbench.core.bases.simplices import FixedSimplices, MovingSimplices
-from mpmbench.core.bases.tensor import TensorSpline
+from mpmbench.core.bases.cells.quads import MovingQuads
+from mpmbench.core.bases.cells.simplices import FixedSimplices, MovingSimplices
+from mpmbench.core.bases.grid.spline import TensorSpline
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Box, Geometry
 from mpmbench.core.registry import register

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mpmbench.core.bases import Basis
+from mpmbench.core.bases.grid.knots import advect, tabulate
 from mpmbench.core.bases.handle import (
     Stencils,
     count,
@@ -21,7 +22,6 @@ from mpmbench.core.bases.handle import (
     spread,
     value,
 )
-from mpmbench.core.bases.knots import advect, tabulate
 from mpmbench.core.compiled import implements, inlined, kernel, matrix, vector
 from mpmbench.core.compiled.rows import add_multiple, lanes_for, multiply_and_add, set_multiple
 from mpmbench.core.errors import BrokeDown
@@ -304,6 +304,6 @@ class TensorSpline(Basis):
         return int(first_outside(x, self.lower, self.upper))
 
     def move(self, displacement: np.ndarray) -> None:
-        """Advect the knots: ``xi_j += sum_i phi_i(xi_j) dx_i`` (`mpmbench.core.bases.knots.advect`)."""
+        """Advect the knots: ``xi_j += sum_i phi_i(xi_j) dx_i`` (`mpmbench.core.bases.grid.knots.advect`)."""
         advect(self.handle.breaks, self.handle.shape, self.handle.coefficients, displacement)
         self._update()

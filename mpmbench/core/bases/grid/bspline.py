@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from mpmbench.core.bases import BasisSettings, Promises
-from mpmbench.core.bases.tensor import TensorSpline
+from mpmbench.core.bases.grid.spline import TensorSpline
 from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box, Geometry
 from mpmbench.core.registry import register

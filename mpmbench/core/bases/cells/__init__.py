@@ -1,0 +1,1 @@
+"""Linear functions on cells and simplices."""

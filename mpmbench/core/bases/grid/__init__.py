@@ -1,0 +1,1 @@
+"""Functions on grids: products of functions along the axes."""
