@@ -68,7 +68,7 @@ def evaluations() -> None:
     cells = 64
     box = Box((0.0, 0.0), (1.0, 1.0), (cells, cells))
     rng = np.random.default_rng(0)
-    jittered = box.nodes()
+    jittered = box.points.copy()
     inner = np.all((jittered > 0.01) & (jittered < 0.99), axis=1)
     jittered[inner] += rng.uniform(-0.2, 0.2, (int(inner.sum()), 2)) / cells
     points, _ = registry.get("problem", "plate_axis_aligned")().seed(cells, 16)

@@ -130,7 +130,7 @@ def nodes_hold_the_particles(case: ProblemCase) -> Finding:
             problem.nodes(case.resolution, choices),
             problem.place(X, case.resolution, choices),
         )
-        places = geometry.nodes() if callable(geometry.nodes) else geometry.nodes
+        places = geometry.points
         inside = bool(
             (places.min(axis=0) <= x.min(axis=0)).all()
             and (places.max(axis=0) >= x.max(axis=0)).all()

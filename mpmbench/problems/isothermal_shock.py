@@ -144,7 +144,7 @@ class IsothermalShock(Problem):
             regular = extruded(disc(WIDTH * h), levels)
         else:
             box = self._box(resolution)
-            regular = Cloud(box.nodes(), triangulation(box.nodes(), float(np.prod(box.upper))), h)
+            regular = Cloud(box.points, triangulation(box.points, float(np.prod(box.upper))), h)
         if self.irregularity == 0.0:
             return regular
         nodes = jittered(

@@ -87,7 +87,7 @@ class ShapeFunctions(Problem):
 
     def nodes(self, resolution: int, choices: Choices) -> Geometry:
         l, h = self.reference_length, self.reference_length / resolution
-        regular = Box((0.0, 0.0), (l, l), (resolution, resolution)).nodes()
+        regular = Box((0.0, 0.0), (l, l), (resolution, resolution)).points
         on_boundary = (regular < 1e-9 * l) | (regular > (1.0 - 1e-9) * l)
         return Cloud(
             jittered(regular, h, self.irregularity, on_boundary, self.random_seed), spacing=h

@@ -139,7 +139,7 @@ class RollingDisk(Problem):
         box = Box((0.0, 0.0), (along * h, up * h), (along, up))
         if self.background == "quads":
             return box
-        return Cloud(box.nodes(), split_squares(along, up, self.diagonal), spacing=h)
+        return Cloud(box.points, split_squares(along, up, self.diagonal), spacing=h)
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
         """Points of the triangles of a ring mesh about the origin; `place` moves them to where the disk starts."""

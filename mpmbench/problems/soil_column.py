@@ -107,7 +107,7 @@ class SoilColumn(Problem):
         if choices.moving:
             rest = np.arange(resolution + 1, along + 1) * h
             base = np.stack([rest, np.zeros_like(rest)], axis=1)
-            return Cloud(np.vstack([self._column(resolution).nodes(), base]), spacing=h)
+            return Cloud(np.vstack([self._column(resolution).points, base]), spacing=h)
         along, up = along + MARGIN, math.ceil(GRID_HEIGHT / h - 1e-9) + MARGIN
         return Box((0.0, 0.0), (along * h, up * h), (along, up))
 

@@ -9,7 +9,7 @@ from mpmbench.case import read
 from mpmbench.core.bases.entropy.basis import EntropyBasis
 from mpmbench.core.bases.entropy.lme import LocalMaxEnt
 from mpmbench.core.errors import BadSetting, NotApplicable
-from mpmbench.core.geometry import Box, Cloud
+from mpmbench.core.geometry import Box, Cloud, simplex_volumes
 from mpmbench.core.geometry.triangulate import (
     barycentres,
     disc,
@@ -17,7 +17,6 @@ from mpmbench.core.geometry.triangulate import (
     jittered,
     nodal_volumes,
     triangulation,
-    volumes,
 )
 from mpmbench.core.particles import Particles
 from tests.core.support import compose, run
@@ -78,7 +77,7 @@ def deformed(
 ) -> tuple[EntropyBasis, EntropyBasis, np.ndarray]:
     """A basis on an irregular cloud, the same on the cloud deformed by F, and points of the first."""
     box = Box((0.0,) * dim, (1.0,) * dim, (5,) * dim)
-    nodes = box.nodes()
+    nodes = box.points
     nodes = jittered(nodes, 0.2, 0.2, (nodes < 1e-9) | (nodes > 1.0 - 1e-9), 3)
     x = np.random.default_rng(1).uniform(0.05, 0.95, (40, dim))
     before = LocalMaxEnt(spacing=0.2, **settings).build(Cloud(nodes), len(x), True)
@@ -161,7 +160,7 @@ def test_radius_grows_where_nodes_do_not_surround_a_point() -> None:
 def patch(gradient: str, dim: int) -> tuple[np.ndarray, EntropyBasis, Particles]:
     """Sums over particles of V grad phi at inner nodes of an irregular cloud with particles at barycentres."""
     box = Box((0.0,) * dim, (1.0,) * dim, (6, 5, 4)[:dim])
-    nodes = box.nodes()
+    nodes = box.points
     nodes = jittered(nodes, 0.15, 0.25, (nodes < 1e-9) | (nodes > 1.0 - 1e-9), 2)
     cloud = Cloud(nodes, triangulation(nodes, 1.0), 0.2)
     X, V = barycentres(cloud)
@@ -212,9 +211,9 @@ def test_triangulations_fill_their_body() -> None:
     assert (len(section.nodes), len(section.simplices)) == (57, 98)  # type: ignore[arg-type]
     rod = extruded(section, np.linspace(0.0, 3.0, 4))
     assert rod.simplices is not None and section.simplices is not None
-    area = volumes(section.nodes, section.simplices).sum()
-    assert volumes(rod.nodes, rod.simplices).sum() == pytest.approx(3.0 * area, rel=1e-12)
-    assert volumes(rod.nodes, rod.simplices).min() > 0.05
+    area = simplex_volumes(section.nodes, section.simplices).sum()
+    assert simplex_volumes(rod.nodes, rod.simplices).sum() == pytest.approx(3.0 * area, rel=1e-12)
+    assert simplex_volumes(rod.nodes, rod.simplices).min() > 0.05
     assert nodal_volumes(rod).sum() == pytest.approx(3.0 * area, rel=1e-12)
     pairs = np.sort(np.concatenate([np.delete(rod.simplices, k, axis=1) for k in range(4)]), axis=1)
     assert (
@@ -224,4 +223,4 @@ def test_triangulations_fill_their_body() -> None:
 
 def test_nodes_that_fill_no_body_are_refused() -> None:
     with pytest.raises(BadSetting, match="fill"):
-        triangulation(Box((0.0, 0.0), (1.0, 1.0), (2, 2)).nodes(), 2.0)
+        triangulation(Box((0.0, 0.0), (1.0, 1.0), (2, 2)).points, 2.0)

@@ -7,7 +7,7 @@ import pytest
 
 from mpmbench.core.bases.clouds.search import make_buckets, nearest_distances
 from mpmbench.core.bases.entropy.basis import EntropyBasis
-from mpmbench.core.bases.entropy.lme import LocalMaxEnt, nodal_spacing
+from mpmbench.core.bases.entropy.lme import LocalMaxEnt
 from mpmbench.core.bases.entropy.maxent import MaxEnt
 from mpmbench.core.bases.entropy.points import evaluate_range
 from mpmbench.core.bases.entropy.priors import make_work
@@ -22,7 +22,7 @@ CELLS = {1: 12, 2: 8, 3: 4}
 def jittered(dim: int, share: float, seed: int = 1) -> Cloud:
     """Unit box of nodes, those inside displaced by up to `share` cells along each axis."""
     n = CELLS[dim]
-    nodes = Box((0.0,) * dim, (1.0,) * dim, (n,) * dim).nodes()
+    nodes = Box((0.0,) * dim, (1.0,) * dim, (n,) * dim).points
     inside = np.all((nodes > 1e-9) & (nodes < 1.0 - 1e-9), axis=1, keepdims=True)
     return Cloud(
         nodes + inside * np.random.default_rng(seed).uniform(-share, share, nodes.shape) / n
@@ -369,17 +369,6 @@ def test_exponentials_of_extreme_values() -> None:
     assert np.array_equal(values[np.isfinite(values)], np.abs(values[np.isfinite(values)]))
 
 
-def test_spacing_of_nodes() -> None:
-    assert nodal_spacing(Box((0.0, 0.0), (1.0, 2.0), (4, 10))) == 0.25
-    assert nodal_spacing(jittered(2, 0.3)) == pytest.approx(1.0 / 8.0)
-    assert nodal_spacing(jittered(1, 0.3)) == pytest.approx(1.0 / 12.0)
-    simplices = np.array([[0, 1, 3], [0, 3, 2]])
-    unit = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
-    assert nodal_spacing(Cloud(unit, simplices)) == pytest.approx(1.0)
-    with pytest.raises(BadSetting, match="volume"):
-        nodal_spacing(Cloud(np.tile(np.arange(5.0)[:, None], (1, 2))))
-
-
 @pytest.mark.parametrize(
     ("settings", "wrong"),
     [
@@ -410,7 +399,7 @@ def test_radius_smaller_than_the_spacing() -> None:
 
 def test_counts_of_newton_steps() -> None:
     """Li 2009, Table 2.1 (tolerances 1e-5 and 1e-10, one jittered cloud of 11 x 11 nodes, plain Newton) within 0.6."""
-    nodes = Box((0.0, 0.0), (10.0, 10.0), (10, 10)).nodes()
+    nodes = Box((0.0, 0.0), (10.0, 10.0), (10, 10)).points
     cloud = Cloud(nodes + np.random.default_rng(0).uniform(-0.3, 0.3, nodes.shape))
     line = np.linspace(0.05, 9.95, 41)
     x = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)

@@ -11,7 +11,7 @@ from mpmbench.core.geometry.triangulate import jittered, triangulation
 
 
 def make(dim: int) -> tuple[MovingSimplices, np.ndarray]:
-    nodes = Box((0.0,) * dim, (1.0,) * dim, (4,) * dim).nodes()
+    nodes = Box((0.0,) * dim, (1.0,) * dim, (4,) * dim).points
     nodes = jittered(nodes, 0.25, 0.2, (nodes < 1e-9) | (nodes > 1.0 - 1e-9), 5)
     cloud = Cloud(nodes, triangulation(nodes, 1.0))
     assert cloud.simplices is not None

@@ -1,8 +1,12 @@
 """Where nodes and particles come from: boxes of equal cells, and clouds of nodes with or without simplices."""
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+
+from mpmbench.core.errors import BadSetting
 
 
 @dataclass(frozen=True)
@@ -37,9 +41,21 @@ class Box:
             for a, b, n in zip(self.lower, self.upper, self.cells, strict=True)
         ]
 
+    @cached_property
+    def points(self) -> np.ndarray:
+        """Positions of the nodes, which are the cell corners [m], shape (N, dim), last axis fastest."""
+        points = tensor_points(self.breaks())
+        points.setflags(write=False)
+        return points
+
     def nodes(self) -> np.ndarray:
-        """Cell corners [m], shape (N, dim), last axis fastest."""
-        return tensor_points(self.breaks())
+        """A copy of `points`: the name that plug-ins of version 0.1 use."""
+        return self.points.copy()
+
+    @property
+    def nodal_spacing(self) -> float:
+        """Largest cell size [m]."""
+        return float(self.spacing.max())
 
 
 @dataclass(frozen=True)
@@ -64,6 +80,35 @@ class Cloud:
     def dimension(self) -> int:
         return int(self.nodes.shape[1])
 
+    @property
+    def points(self) -> np.ndarray:
+        """Positions of the nodes [m], shape (N, dim), as those of a `Box`."""
+        return self.nodes
+
+    @cached_property
+    def nodal_spacing(self) -> float:
+        """Typical distance between neighbouring nodes [m].
+
+        What the maker of the cloud says, else the edge of N^(1/dim) - 1 cells along each axis of a
+        cube with the volume of the cloud (of its simplices, else of its hull), which is the mean
+        spacing on a line.
+
+        Raises
+        ------
+        BadSetting
+            When the nodes have no volume.
+        """
+        if self.spacing is not None:
+            return self.spacing
+        if self.simplices is not None:
+            volume = float(simplex_volumes(self.nodes, self.simplices).sum())
+        else:
+            volume = hull_volume(self.nodes)
+        if not volume > 0.0:
+            raise BadSetting("nodes", len(self.nodes), "a cloud of nodes with a volume")
+        along = len(self.nodes) ** (1.0 / self.dimension)
+        return volume ** (1.0 / self.dimension) / (along - 1.0)
+
 
 Geometry = Box | Cloud
 
@@ -71,3 +116,21 @@ Geometry = Box | Cloud
 def tensor_points(axes: list[np.ndarray]) -> np.ndarray:
     """All combinations of the coordinates along each axis, shape (N, dim), last axis fastest."""
     return np.stack([part.ravel() for part in np.meshgrid(*axes, indexing="ij")], axis=1)
+
+
+def simplex_volumes(nodes: np.ndarray, simplices: np.ndarray) -> np.ndarray:
+    """Volumes of simplices [m^dim], shape (S,)."""
+    corners = nodes[simplices]
+    return np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / math.factorial(nodes.shape[1])
+
+
+def hull_volume(nodes: np.ndarray) -> float:
+    """Volume of the convex hull of nodes [m^dim]: 0 where they lie on a line or plane."""
+    from scipy.spatial import ConvexHull, QhullError  # takes longer to import than all else here
+
+    if nodes.shape[1] == 1:
+        return float(np.ptp(nodes))
+    try:
+        return float(ConvexHull(nodes).volume)
+    except QhullError:
+        return 0.0

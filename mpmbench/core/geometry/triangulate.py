@@ -1,32 +1,19 @@
-"""Node sets with triangulations, without slivers: jittered lines and strips, cylinders, and where particles go."""
-
-import math
+"""Triangulated sets of nodes: jittered lines and strips, cylinders, and where particles go in them."""
 
 import numpy as np
-from scipy.spatial import ConvexHull, Delaunay
+from scipy.spatial import Delaunay
 
 from mpmbench.core.errors import BadSetting
-from mpmbench.core.geometry import Cloud
+from mpmbench.core.geometry import Cloud, hull_volume, simplex_volumes
 
-RINGS = (
-    1,
-    8,
-    16,
-    18,
-    14,
-)  # nodes on circles of radius 0, h, 2 h, 3 h and 4 h: 57 nodes and 98 triangles
-
-
-def volumes(nodes: np.ndarray, simplices: np.ndarray) -> np.ndarray:
-    """Volumes of simplices [m^dim], shape (S,)."""
-    corners = nodes[simplices]
-    return np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / math.factorial(nodes.shape[1])
+# nodes on circles of radius 0, h, 2 h, 3 h and 4 h: 57 nodes and 98 triangles
+RINGS = (1, 8, 16, 18, 14)
 
 
 def barycentres(cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
     """One particle per simplex: positions [m], shape (S, dim), and volumes [m^dim], shape (S,)."""
     assert cloud.simplices is not None
-    return cloud.nodes[cloud.simplices].mean(axis=1), volumes(cloud.nodes, cloud.simplices)
+    return cloud.nodes[cloud.simplices].mean(axis=1), simplex_volumes(cloud.nodes, cloud.simplices)
 
 
 def seed_triangles(
@@ -43,11 +30,11 @@ def seed_triangles(
     if points not in rules:
         raise BadSetting("particles_per_cell", points, "1 or 3 (points per triangle)")
     X = np.einsum("gk,tkd->tgd", rules[points], nodes[triangles]).reshape(-1, 2)
-    return X, np.repeat(volumes(nodes, triangles) / points, points)
+    return X, np.repeat(simplex_volumes(nodes, triangles) / points, points)
 
 
 def triangulation(nodes: np.ndarray, volume: float | None) -> np.ndarray:
-    """Delaunay simplices of nodes that fill a convex body of known volume [m^dim], or that of the nodes' hull (None).
+    """Delaunay simplices of nodes that fill a convex body: of known volume [m^dim], or their hull (None).
 
     Nodes on a face of a regular set make slivers without volume: they are dropped, and the others
     must add up.
@@ -62,11 +49,11 @@ def triangulation(nodes: np.ndarray, volume: float | None) -> np.ndarray:
         simplices: np.ndarray = np.stack([order[:-1], order[1:]], axis=1)
     else:
         simplices = Delaunay(nodes).simplices
-    size = volumes(nodes, simplices)
+    size = simplex_volumes(nodes, simplices)
     simplices = simplices[size > 1e-9 * size.mean()]
-    filled = volumes(nodes, simplices).sum()
+    filled = simplex_volumes(nodes, simplices).sum()
     if volume is None:
-        volume = float(ConvexHull(nodes).volume if nodes.shape[1] > 1 else np.ptp(nodes))
+        volume = hull_volume(nodes)
     if not abs(filled - volume) <= 1e-9 * volume:
         raise BadSetting(
             "nodes", len(nodes), f"a set whose simplices fill {volume:.6g} m^{nodes.shape[1]}"
@@ -77,13 +64,13 @@ def triangulation(nodes: np.ndarray, volume: float | None) -> np.ndarray:
 def jittered(
     nodes: np.ndarray, spacing: float, share: float, held: np.ndarray, seed: int
 ) -> np.ndarray:
-    """Nodes displaced by up to `share` of the spacing [m] along each axis; components marked in `held` stay."""
+    """Nodes displaced by up to `share` of the spacing [m] along each axis; `held` components stay."""
     shift = np.random.default_rng(seed).uniform(-share * spacing, share * spacing, nodes.shape)
     return nodes + np.where(held, 0.0, shift)
 
 
 def extruded(section: Cloud, levels: np.ndarray) -> Cloud:
-    """Prisms over a triangulated cross-section, each split into three tetrahedra that fit their neighbours.
+    """Prisms over a triangulated cross-section, each split into three tetrahedra that fit together.
 
     Parameters
     ----------
@@ -128,14 +115,14 @@ def disc(radius: float) -> Cloud:
 def nodal_volumes(cloud: Cloud) -> np.ndarray:
     """Volume [m^dim] of each node, shape (N,): equal shares of the simplices around it."""
     assert cloud.simplices is not None
-    share = volumes(cloud.nodes, cloud.simplices) / cloud.simplices.shape[1]
+    share = simplex_volumes(cloud.nodes, cloud.simplices) / cloud.simplices.shape[1]
     return np.bincount(
         cloud.simplices.ravel(), np.repeat(share, cloud.simplices.shape[1]), len(cloud.nodes)
     )
 
 
 def irregular_line(length: float, cells: int, irregularity: float, seed: int) -> Cloud:
-    """Nodes on a line, all but the ends displaced by up to `irregularity` spacings, with the segments between them."""
+    """Nodes on a line and its segments: all but the ends are displaced by up to `irregularity` spacings."""
     spacing = length / cells
     nodes = np.linspace(0.0, length, cells + 1)[:, None]
     ends = np.zeros(nodes.shape, dtype=bool)

@@ -14,8 +14,7 @@ from mpmbench.core.bases.grid.spline import TensorSpline, fill
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import kernel
 from mpmbench.core.errors import NotApplicable
-from mpmbench.core.geometry import tensor_points
-from mpmbench.core.geometry.triangulate import volumes
+from mpmbench.core.geometry import simplex_volumes, tensor_points
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ class GhostSimplices:
 
     def __init__(self, basis: FixedSimplices) -> None:
         self._basis = basis
-        self._volume = volumes(basis.nodes, basis.simplices)
+        self._volume = simplex_volumes(basis.nodes, basis.simplices)
 
     def cells(self, phi: Stencils) -> GhostCells:
         """The simplices that the points of `phi` are in."""

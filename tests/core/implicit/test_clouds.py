@@ -226,7 +226,7 @@ def test_meshes_of_the_disk() -> None:
     polygon = 0.5 * 36 * 0.25 * np.sin(2.0 * np.pi / 36)
     assert area.sum() == pytest.approx(polygon, rel=1e-12)
     for diagonal in ("falling", "rising", "alternating"):
-        corners = Box((0.0, 0.0), (3.0, 2.0), (3, 2)).nodes()[split_squares(3, 2, diagonal)]
+        corners = Box((0.0, 0.0), (3.0, 2.0), (3, 2)).points[split_squares(3, 2, diagonal)]
         areas = 0.5 * np.linalg.det(corners[:, 1:] - corners[:, :1])
         assert np.allclose(areas, 0.5)
 

@@ -111,7 +111,7 @@ class MovingQuads(MovingCells):
     """Linear functions on the cells of a grid, whose corners move one by one."""
 
     def __init__(self, box: Box, particles: int) -> None:
-        super().__init__(box.nodes(), particles, 2**box.dimension)
+        super().__init__(box.points, particles, 2**box.dimension)
         self.box: Box | None = box  # until the nodes move
         self.cells = _cell_nodes(box)
 

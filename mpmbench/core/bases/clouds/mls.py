@@ -15,12 +15,11 @@ import numpy as np
 
 from mpmbench.core.bases import BasisSettings, Promises
 from mpmbench.core.bases.clouds.cloud import CloudBasis
-from mpmbench.core.bases.entropy.lme import nodal_spacing
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import kernel
 from mpmbench.core.errors import BadSetting, NotApplicable, require, require_option
-from mpmbench.core.geometry import Box, Geometry
+from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
 
 WEIGHTS = ("cubic_spline", "quartic_spline", "gaussian")
@@ -118,12 +117,12 @@ class MovingLeastSquares(BasisSettings):
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> CloudBasis:
         """The basis on the nodes of `geometry`, with room for `particles` particles."""
-        h = self.spacing or nodal_spacing(geometry)
+        h = self.spacing or geometry.nodal_spacing
         radius = self.radius or self.relative_radius * h
         if radius <= h:
             raise BadSetting("radius", self.radius, f"more than the nodal spacing of {h:.6g} m")
         dimension = geometry.dimension
-        nodes = geometry.nodes() if isinstance(geometry, Box) else geometry.nodes
+        nodes = geometry.points
         polynomials = math.comb(dimension + self.degree, self.degree)
         weight, degree, effective = WEIGHTS.index(self.weight), self.degree, self.effective_radius
 

@@ -13,11 +13,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mpmbench.core.bases import BasisSettings, Promises, StoredBasis
-from mpmbench.core.bases.entropy.lme import nodal_spacing
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require
-from mpmbench.core.geometry import Box, Geometry
+from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
 
 REACH = 2.0  # radius of the support in smoothing lengths
@@ -56,8 +55,8 @@ class Kernel(BasisSettings):
             )
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> "KernelBasis":
-        nodes = geometry.nodes() if isinstance(geometry, Box) else geometry.nodes
-        spacing = nodal_spacing(geometry)
+        nodes = geometry.points
+        spacing = geometry.nodal_spacing
         return KernelBasis(nodes, particles, spacing, self.smoothing_length * spacing)
 
 

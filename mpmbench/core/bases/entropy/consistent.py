@@ -32,16 +32,14 @@ class ConsistentGradients:
     """
 
     def __init__(self, geometry: Geometry) -> None:
+        nodes = geometry.points
         if isinstance(geometry, Box):
-            nodes = geometry.nodes()
-            simplices = triangulation(
-                nodes, float(np.prod(np.array(geometry.upper) - np.array(geometry.lower)))
-            )
+            sides = np.array(geometry.upper) - np.array(geometry.lower)
+            simplices = triangulation(nodes, float(np.prod(sides)))
+        elif geometry.simplices is not None:
+            simplices = geometry.simplices
         else:
-            nodes = geometry.nodes
-            simplices = (
-                geometry.simplices if geometry.simplices is not None else triangulation(nodes, None)
-            )
+            simplices = triangulation(nodes, None)
         self.faces, self.opposite = boundary_faces(simplices)
         self._mu, self._before = (
             np.zeros_like(nodes),

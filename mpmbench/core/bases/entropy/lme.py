@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from mpmbench.core.bases import BasisSettings, Promises
 from mpmbench.core.bases.clouds.cloud import CloudBasis
@@ -15,7 +14,7 @@ from mpmbench.core.bases.entropy.priors import GAUSSIAN
 from mpmbench.core.bases.entropy.truncated import truncated_basis
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import BadSetting, NotApplicable, require, require_option
-from mpmbench.core.geometry import Box, Geometry
+from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
 
 SMALLEST_RADIUS = 2.5  # in nodal spacings: fewer nodes may fail to surround a point
@@ -32,7 +31,7 @@ class LocalMaxEnt(BasisSettings):
         Locality, positive.
     spacing : float or None
         Nodal spacing h [m]; None or 0 reads it from the nodes as they are at the start
-        (`nodal_spacing`).
+        (`Cloud.nodal_spacing`).
     radius : float or None
         Search radius R [m]; None or 0 takes the larger of h sqrt(ln(1 / cutoff) / gamma) and 2.5 h.
     relative_radius : float
@@ -122,12 +121,12 @@ class LocalMaxEnt(BasisSettings):
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> EntropyBasis | CloudBasis:
         """The basis on the nodes of `geometry`, with room for `particles` particles."""
-        h = self.spacing or nodal_spacing(geometry)
+        h = self.spacing or geometry.nodal_spacing
         automatic = h * max(math.sqrt(-math.log(self.cutoff) / self.gamma), SMALLEST_RADIUS)
         radius = self.relative_radius * h or self.radius or automatic
         if radius <= h:
             raise BadSetting("radius", self.radius, f"more than the nodal spacing of {h:.6g} m")
-        nodes = geometry.nodes() if isinstance(geometry, Box) else geometry.nodes
+        nodes = geometry.points
         if self.rim == "cut":
             return truncated_basis(nodes, particles, radius, self.gamma / h**2, self.tolerance)
         return EntropyBasis(
@@ -144,31 +143,3 @@ class LocalMaxEnt(BasisSettings):
             stretch_limit=self.stretch_limit,
             consistent=ConsistentGradients(geometry) if self.gradient == "consistent" else None,
         )
-
-
-def nodal_spacing(geometry: Geometry) -> float:
-    """Typical distance h between neighbouring nodes [m].
-
-    On a box the largest cell size. On a cloud what its maker says, else the edge of N^(1/dim) - 1
-    cells along each axis of a cube with the cloud's volume (of its simplices, else of its hull),
-    which is the mean spacing on a line.
-    """
-    if isinstance(geometry, Box):
-        return float(geometry.spacing.max())
-    if geometry.spacing is not None:
-        return geometry.spacing
-    nodes, dimension = geometry.nodes, geometry.dimension
-    if geometry.simplices is not None:
-        corners = nodes[geometry.simplices]
-        volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / math.factorial(dimension)
-        volume = float(volumes.sum())
-    elif dimension == 1:
-        volume = float(np.ptp(nodes))
-    else:
-        try:
-            volume = float(ConvexHull(nodes).volume)
-        except QhullError:
-            volume = 0.0
-    if not volume > 0.0:
-        raise BadSetting("nodes", len(nodes), "a cloud of nodes with a volume")
-    return volume ** (1.0 / dimension) / (len(nodes) ** (1.0 / dimension) - 1.0)

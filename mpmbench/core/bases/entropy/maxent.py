@@ -10,7 +10,7 @@ from mpmbench.core.bases.clouds.search import nearest_distances
 from mpmbench.core.bases.entropy.basis import PROMISES, EntropyBasis
 from mpmbench.core.bases.entropy.priors import CUBIC_SPLINE, GAUSSIAN, QUARTIC_SPLINE
 from mpmbench.core.errors import require, require_option
-from mpmbench.core.geometry import Box, Geometry
+from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
 
 PRIORS = {"cubic_spline": CUBIC_SPLINE, "quartic_spline": QUARTIC_SPLINE, "gaussian": GAUSSIAN}
@@ -72,7 +72,7 @@ class MaxEnt(BasisSettings):
             return self.d_max * nearest_distances(nodes)
 
         return EntropyBasis(
-            geometry.nodes() if isinstance(geometry, Box) else geometry.nodes,
+            geometry.points,
             particles,
             supports,
             prior=PRIORS[self.prior],
