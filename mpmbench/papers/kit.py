@@ -96,6 +96,18 @@ class Chapter:
         if table is not None:
             self.tables.append(dataclasses.replace(table, name=f"{self.name}-{table.name}"))
 
+    def tabulate(
+        self,
+        name: str,
+        title: str,
+        columns: list[str],
+        rows: list[list[Cell]],
+        numeric: Iterable[int] = (),
+        note: str = "",
+    ) -> None:
+        """Add a table of these rows; its file is called ``<chapter>-<name>``."""
+        self.add(Table(name, title, columns, rows, note, tuple(numeric)))
+
     def convergence(
         self,
         campaign: Campaign,

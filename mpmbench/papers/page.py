@@ -108,8 +108,9 @@ def markdown(
     """The report as Markdown, with links to the figures and to the tables with all digits and result files."""
     parts = [f"# {paper.title}", paper.reference, paper.summary]
     parts.append(
-        f"Written by `python -m mpmbench reproduce {paper.name}` from result files; nothing in it is typed in. The CSV "
-        "files beside it hold all digits and name the result files behind each row."
+        f"Written by `python -m mpmbench reproduce {paper.name}` from result files; nothing in it "
+        "is typed in. The CSV files beside it hold all digits and name the result files behind "
+        "each row."
     )
     if verdicts is not None:
         short = dataclasses.replace(

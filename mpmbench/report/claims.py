@@ -118,7 +118,8 @@ class Runs:
         if len(errors) < 2 or wanted - set(errors.index):
             have = ", ".join(f"{n:g}" for n in errors.index) or "none"
             raise MissingRuns(
-                f"{campaign}: the order of {_words(match)} needs more resolutions (finished: {have})"
+                f"{campaign}: the order of {_words(match)} needs more resolutions (finished: "
+                f"{have})"
             )
         n = errors.index.to_numpy(float)
         unit = self.campaigns[campaign].units.get(quantity, "")

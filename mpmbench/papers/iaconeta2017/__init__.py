@@ -68,8 +68,8 @@ PAPER = Paper(
     name="iaconeta2017",
     title="Iaconeta et al. 2017: implicit material point and Galerkin meshfree methods",
     reference="I. Iaconeta, A. Larese, R. Rossi and Z. Guo, Comparison of a Material Point Method and a Galerkin "
-    "Meshfree Method for the Simulation of Cohesive-Frictional Materials, Materials 10 (2017) 1150, "
-    "doi:10.3390/ma10101150.",
+    "Meshfree Method for the Simulation of Cohesive-Frictional Materials, Materials 10 (2017) "
+    "1150, doi:10.3390/ma10101150.",
     chapters=(
         cantilever.fields_chapter,
         cantilever.fig7_chapter,

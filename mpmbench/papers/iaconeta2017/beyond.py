@@ -1,11 +1,19 @@
 """Beyond the paper: the falling cantilever with implicit and explicit methods, and the patch test of clouds."""
 
-import numpy as np
-
-from mpmbench.papers.iaconeta2017.support import METHODS, history, look, panels, single, thinned
+from mpmbench.papers.iaconeta2017.support import METHODS, history, look
 from mpmbench.papers.kit import Campaigns, Chapter, cell
+from mpmbench.papers.parts import (
+    along,
+    files_of,
+    numbers,
+    panels,
+    quantities,
+    single,
+    thinned,
+    ticks,
+)
 from mpmbench.report import style
-from mpmbench.report.tables import Cell, Table
+from mpmbench.report.tables import Cell
 
 DYNAMIC: dict[str, tuple[dict[str, object], str, str]] = {
     "UL-FEM, 16 x 4": ({"method": "fem", "resolution": 16}, "#f5c36b", "-"),
@@ -24,6 +32,14 @@ FIRST_MINIMUM, LATE_MAXIMUM = (
     (1.0475, -3.304),
     (2.635, 0.042),
 )  # quadratic finite elements, 24 x 6 cells
+SCALARS = (
+    "first_minimum",
+    "lag_of_first_minimum",
+    "late_maximum",
+    "lag_of_late_maximum",
+    "energy_drift",
+    "solver_time",
+)
 PATCH = (8, 16, 32, 64)
 
 
@@ -31,8 +47,8 @@ def dynamic_chapter(campaigns: Campaigns) -> Chapter:
     """Tip displacement of all methods."""
     page = Chapter("dynamic", "Beyond the paper: implicit against explicit on a falling cantilever")
     page.statement = (
-        "Quadratic total-Lagrangian finite elements: first minimum of the corner -3.304 m at 1.0475 s, maximum after "
-        "2 s +0.042 m at 2.635 s."
+        "Quadratic total-Lagrangian finite elements: first minimum of the corner -3.304 m at "
+        "1.0475 s, maximum after 2 s +0.042 m at 2.635 s."
     )
     figure, axes = panels(1, 3, 2.9)
     groups = (("UL-FEM",), ("implicit MPM", "explicit MPM"), ("GMM",))
@@ -48,16 +64,7 @@ def dynamic_chapter(campaigns: Campaigns) -> Chapter:
             lw=1.1,
             label=name,
         )
-        quantities = (
-            "first_minimum",
-            "lag_of_first_minimum",
-            "late_maximum",
-            "lag_of_late_maximum",
-        )
-        rows.append([Cell(name), *(cell(campaigns, "dynamic", q, **match) for q in quantities)])
-        rows[-1] += [
-            cell(campaigns, "dynamic", q, **match) for q in ("energy_drift", "solver_time")
-        ]
+        rows.append([Cell(name), *quantities(campaigns, "dynamic", SCALARS, **match)])
     for axis in axes[0]:
         axis.plot(
             *zip(FIRST_MINIMUM, LATE_MAXIMUM, strict=True), "k+", ms=8, label="quadratic elements"
@@ -82,9 +89,7 @@ def dynamic_chapter(campaigns: Campaigns) -> Chapter:
         "its delay [s]",
         "energy drift",
     ]
-    page.add(
-        Table("extrema", "Extrema", [*columns, "solver time [s]"], rows, numeric=tuple(range(1, 7)))
-    )
+    page.tabulate("extrema", "Extrema", [*columns, "solver time [s]"], rows, numeric=range(1, 7))
     page.notes += _findings(campaigns)
     return page
 
@@ -97,7 +102,8 @@ def _findings(campaigns: Campaigns) -> list[str]:
 
     clouds = [
         f"{text('energy_drift', f'{name}, frozen')} with the functions of the initial state and "
-        f"{text('energy_drift', f'{name}, updated')} with functions found anew in every step ({name})"
+        f"{text('energy_drift', f'{name}, updated')} with functions found anew in every step "
+        f"({name})"
         for name in ("GMM-MLS", "GMM-LME")
     ]
     grids = [name for name in DYNAMIC if "32 x 8" in name]
@@ -105,10 +111,11 @@ def _findings(campaigns: Campaigns) -> list[str]:
     drifts = ", ".join(f"{text('energy_drift', name)} ({name})" for name in grids)
     return [
         f"Energy drift of clouds: {'; '.join(clouds)}.",
-        f"Rebound of the corner, which should reach +0.042 m: {rebounds}. Energy drift, in parts of the largest "
-        f"kinetic energy: {drifts}. Particles feel jumps of the gradient where they cross cells of linear functions. "
-        "Explicit MPM keeps its energy, but not in the motion; implicit MPM, whose nodes take up the velocity of the "
-        "particles anew in every step (Eqs. 40 and 48), loses it.",
+        f"Rebound of the corner, which should reach +0.042 m: {rebounds}. Energy drift, in parts "
+        f"of the largest kinetic energy: {drifts}. Particles feel jumps of the gradient where "
+        "they cross cells of linear functions. Explicit MPM keeps its energy, but not in the "
+        "motion; implicit MPM, whose nodes take up the velocity of the particles anew in every "
+        "step (Eqs. 40 and 48), loses it.",
     ]
 
 
@@ -116,7 +123,7 @@ def patch_chapter(campaigns: Campaigns) -> Chapter:
     """Errors of the patch test over the spacing."""
     page = Chapter("patch", "Beyond the paper: integration error of clouds on irregular nodes")
     page.statement = "A linear displacement at the boundary, which every basis can represent, must continue inside."
-    figure, axes = single(width=1.2 * style.COLUMN)
+    figure, axes = single(height=2.8, width=1.2 * style.COLUMN)
     files: list[str] = []
     rows = []
     narrow = {"basis": "lme", "basis__relative_radius": 2.0}
@@ -128,27 +135,24 @@ def patch_chapter(campaigns: Campaigns) -> Chapter:
         "GMM-LME, R = 3 h": (wide, look("GMM-LME") | {"markerfacecolor": "white"}),
     }
     for name, (match, line) in curves.items():
-        found = [
-            cell(campaigns, "patch", "error_displacement_relative", resolution=n, **match)
-            for n in PATCH
-        ]
-        values = [c.value if isinstance(c.value, float) else np.nan for c in found]
+        found = along(
+            campaigns, "patch", "error_displacement_relative", "resolution", PATCH, **match
+        )
         if name != "UL-FEM":
-            axes.loglog(PATCH, values, **line | {"label": name})
-        files += [file for c in found for file in c.files]
+            axes.loglog(PATCH, numbers(found), **line | {"label": name})
+        files += files_of(found)
         rows.append([Cell(name), *found])
     axes.loglog([8, 64], [4e-3, 5e-4], color="#888888", lw=0.8, label="slope 1")
     axes.set_xlabel("cells along the square")
     axes.set_ylabel("relative RMS displacement error")
-    axes.set_xticks(PATCH, [str(n) for n in PATCH])
-    axes.xaxis.minorticks_off()
+    ticks(axes, PATCH)
     axes.set_ylim(1e-4, 1e-2)
     axes.legend(fontsize=6)
     caption = (
-        "Square of irregular triangles with three points each, strains of 10 %, one load step. The errors of UL-FEM "
-        "are in the table."
+        "Square of irregular triangles with three points each, strains of 10 %, one load step. The "
+        "errors of UL-FEM are in the table."
     )
     page.draw("errors", "Patch test", caption, figure, files)
     columns = ["method", *(f"{n} cells" for n in PATCH)]
-    page.add(Table("errors", "Relative displacement errors", columns, rows, numeric=(1, 2, 3, 4)))
+    page.tabulate("errors", "Relative displacement errors", columns, rows, numeric=(1, 2, 3, 4))
     return page

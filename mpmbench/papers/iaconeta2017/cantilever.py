@@ -3,24 +3,26 @@
 import numpy as np
 from matplotlib.ticker import LogLocator
 
-from mpmbench.papers.iaconeta2017.support import (
-    METHODS,
-    contours,
-    history,
-    look,
+from mpmbench.papers.iaconeta2017.support import METHODS, contours, history, look
+from mpmbench.papers.kit import Campaigns, Chapter, cell
+from mpmbench.papers.parts import (
+    along,
+    files_of,
+    numbers,
     panels,
+    quantities,
     ratio,
     single,
     with_digits,
 )
-from mpmbench.papers.kit import Campaigns, Chapter, cell
 from mpmbench.report import style
-from mpmbench.report.tables import Cell, Table
+from mpmbench.report.tables import Cell
 
 SIZES = (16, 32, 64, 128, 800)
 STEPS = (1, 2, 5, 10, 20, 50)
 ROOT = 2.0**0.5
 RADII = {"mls": (ROOT, 1.7, 2.0, 2.5, 3.0), "lme": (ROOT, 1.7, 2.0, 2.5, 3.0)}
+COST = ("error_tip", "solver_time")
 GAMMAS = (0.8, 1.8, 2.8)
 
 
@@ -71,14 +73,12 @@ def fields_chapter(campaigns: Campaigns) -> Chapter:
     caption = "Left Fig. 5, right Fig. 6. h = 0.125 m, one load step; deformed shapes without magnification, in metres."
     page.draw("maps", "Displacement and Cauchy stress along the beam", caption, figure, files)
     columns = ["method", "deflection [m]", "least stress [MPa]", "largest stress [MPa]"]
-    page.add(
-        Table(
-            "values",
-            "Deflection of A and range of the stress along the beam",
-            columns,
-            rows,
-            numeric=(1, 2, 3),
-        )
+    page.tabulate(
+        "values",
+        "Deflection of A and range of the stress along the beam",
+        columns,
+        rows,
+        numeric=(1, 2, 3),
     )
     return page
 
@@ -87,8 +87,8 @@ def fig7_chapter(campaigns: Campaigns) -> Chapter:
     """Convergence of the deflection."""
     page = Chapter("fig7", "Fig. 7: convergence of the deflection")
     page.statement = (
-        "The paper: all the methods have a quadratic rate of convergence; the error curves of UL-FEM, MPM and GMM-MLS "
-        "coincide, that of GMM-LME is shifted a bit upwards."
+        "The paper: all the methods have a quadratic rate of convergence; the error curves of "
+        "UL-FEM, MPM and GMM-MLS coincide, that of GMM-LME is shifted a bit upwards."
     )
     figure, axes = panels(1, 2, 2.9)
     files: list[str] = []
@@ -96,17 +96,15 @@ def fig7_chapter(campaigns: Campaigns) -> Chapter:
     inverse = [n / 8.0 for n in SIZES]
     reference = np.full(len(SIZES), np.nan)
     for name, match in METHODS.items():
-        errors = [cell(campaigns, "fig7", "error_tip", resolution=n, **match) for n in SIZES]
-        values = np.array([e.value if isinstance(e.value, float) else np.nan for e in errors])
+        errors = along(campaigns, "fig7", "error_tip", "resolution", SIZES, **match)
+        values = numbers(errors)
         if name == "UL-FEM":
             reference = values
         line = look(name) | ({"markerfacecolor": "white", "zorder": 3} if name == "MPM" else {})
         axes[0, 0].loglog(inverse, values, **line)
         axes[0, 1].semilogx(inverse, values / reference, **line)
-        files += [file for e in errors for file in e.files]
-        deflections = [
-            cell(campaigns, "fig7", "tip_deflection", resolution=n, **match) for n in SIZES
-        ]
+        files += files_of(errors)
+        deflections = along(campaigns, "fig7", "tip_deflection", "resolution", SIZES, **match)
         rows.append([Cell(name), *(with_digits(7, found) for found in deflections)])
     axes[0, 0].loglog([2.0, 16.0], [0.2, 0.2 / 64.0], color="#888888", lw=0.8, label="slope 2")
     for axis in axes[0]:
@@ -115,15 +113,15 @@ def fig7_chapter(campaigns: Campaigns) -> Chapter:
     axes[0, 1].set_ylabel("error over that of UL-FEM")
     axes[0, 0].legend()
     caption = (
-        "Left: error against -0.67436 m, h = 0.5 to 0.01 m. Right: the same errors over those of UL-FEM, with which "
-        "MPM (hollow) coincides."
+        "Left: error against -0.67436 m, h = 0.5 to 0.01 m. Right: the same errors over those of "
+        "UL-FEM, with which MPM (hollow) coincides."
     )
     page.draw("errors", "Error of the deflection", caption, figure, files)
     columns = ["method", *(f"h = {8.0 / n:g} m" for n in SIZES)]
-    page.add(Table("deflections", "Deflection of A [m]", columns, rows, numeric=tuple(range(1, 6))))
+    page.tabulate("deflections", "Deflection of A [m]", columns, rows, numeric=range(1, 6))
     page.notes.append(
-        "The error is taken against the limit of UL-FEM under refinement. Against the linear deflection of Eq. 62, "
-        "-0.67806 m, every method would stall at 0.55 %."
+        "The error is taken against the limit of UL-FEM under refinement. Against the linear "
+        "deflection of Eq. 62, -0.67806 m, every method would stall at 0.55 %."
     )
     return page
 
@@ -151,8 +149,7 @@ def radius_chapter(campaigns: Campaigns) -> Chapter:
                 points = []
                 for radius in RADII[basis]:
                     here = {**match, "basis__relative_radius": radius, "resolution": n}
-                    error = cell(campaigns, "radius", "error_tip", **here)
-                    seconds = cell(campaigns, "radius", "solver_time", **here)
+                    error, seconds = quantities(campaigns, "radius", COST, **here)
                     if not isinstance(error.value, float):
                         continue
                     points.append((radius, error.value, seconds.value))
@@ -170,10 +167,7 @@ def radius_chapter(campaigns: Campaigns) -> Chapter:
                     text = f"{radius:.2g}"
                     axes[0, column].annotate(text, (seconds_value * 1e3, error_value), fontsize=5, xytext=(2, 2),
                                              textcoords="offset points")  # fmt: skip
-        fem = [
-            cell(campaigns, "radius", q, method="fem", resolution=n)
-            for q in ("error_tip", "solver_time")
-        ]
+        fem = quantities(campaigns, "radius", COST, method="fem", resolution=n)
         if all(isinstance(value.value, float) for value in fem):
             axes[0, column].plot(
                 float(fem[1].value) * 1e3, float(fem[0].value), "o", color="#E69F00", label="UL-FEM"
@@ -189,14 +183,15 @@ def radius_chapter(campaigns: Campaigns) -> Chapter:
     caption = "Numbers at the points are R / h. Moving least squares with R > sqrt(2) h are held by multipliers."
     page.draw("cost", "Error against cost", caption, figure, files)
     columns = ["method", "R / h", "h [m]", "relative error", "solver time [s]"]
-    page.add(Table("all", "All search radii", columns, rows, numeric=(3, 4)))
+    page.tabulate("all", "All search radii", columns, rows, numeric=(3, 4))
     own = {"method": "gmm", "basis": "lme", "basis__gamma": 1.8, "resolution": 64}
     narrow, wide = (
         cell(campaigns, "radius", "error_tip", **own, basis__relative_radius=r) for r in (ROOT, 3.0)
     )
     page.notes.append(
-        "R = sqrt(2) h cuts exp(-1.8 (r / h)^2) off where it still is 0.027. For GMM-LME at h = 0.125 m the error with "
-        f"R = 3 h is {ratio(wide, narrow).text or 'an unknown part'} of that with R = sqrt(2) h."
+        "R = sqrt(2) h cuts exp(-1.8 (r / h)^2) off where it still is 0.027. For GMM-LME at h = "
+        f"0.125 m the error with R = 3 h is {ratio(wide, narrow).text or 'an unknown part'} of "
+        "that with R = sqrt(2) h."
     )
     return page
 
@@ -216,23 +211,16 @@ def load_steps_chapter(campaigns: Campaigns) -> Chapter:
         ("GMM-LME", "GMM-LME", {}),
     ]
     for label, name, more in variants:
-        found = [
-            cell(
-                campaigns,
-                "load_steps",
-                "tip_deflection",
-                problem__load_steps=n,
-                **METHODS[name],
-                **more,
-            )
-            for n in STEPS
-        ]
-        values = np.array([c.value if isinstance(c.value, float) else np.nan for c in found])
+        match = METHODS[name] | more
+        found = along(
+            campaigns, "load_steps", "tip_deflection", "problem__load_steps", STEPS, **match
+        )
+        values = numbers(found)
         style_of = look(name) | {"label": label}
         if more.get("method__ghost_stiffness"):
             style_of |= {"linestyle": ":", "markerfacecolor": "white"}
         axes.semilogx(STEPS, 100.0 * (values / values[0] - 1.0), **style_of)
-        files += [file for c in found for file in c.files]
+        files += files_of(found)
         shown = [*found, ratio(found[-1], found[0])]
         rows.append([Cell(label), *(with_digits(6, one) for one in shown)])
     axes.set_xlabel("number of load steps")
@@ -243,13 +231,7 @@ def load_steps_chapter(campaigns: Campaigns) -> Chapter:
     caption = "h = 0.25 m; change against one load step. Implicit MPM locates its particles anew after every step."
     page.draw("drift", "Drift with the number of load steps", caption, figure, files)
     columns = ["method", *(f"N = {n}" for n in STEPS), "N = 50 over N = 1"]
-    page.add(
-        Table(
-            "deflections",
-            "Deflection of A [m] after N load steps",
-            columns,
-            rows,
-            numeric=tuple(range(1, 8)),
-        )
+    page.tabulate(
+        "deflections", "Deflection of A [m] after N load steps", columns, rows, numeric=range(1, 8)
     )
     return page

@@ -57,9 +57,9 @@ def curves_coincide(runs: Runs) -> Answer:
         for n in (1, 50)
     )
     because = (
-        f"MPM and UL-FEM agree to {mpm:.1e} when the load is applied at once; with 50 load steps the deflection of MPM "
-        f"changes by {100.0 * (often / once - 1.0):.2f} %. The error of GMM-MLS is {mls.min():.2f} to {mls.max():.2f} "
-        "times that of UL-FEM"
+        f"MPM and UL-FEM agree to {mpm:.1e} when the load is applied at once; with 50 load steps "
+        f"the deflection of MPM changes by {100.0 * (often / once - 1.0):.2f} %. The error of "
+        f"GMM-MLS is {mls.min():.2f} to {mls.max():.2f} times that of UL-FEM"
     )
     if mpm > 1e-4 or not 0.8 < mls.min() <= mls.max() < 1.2:
         return FAILS, because
@@ -98,8 +98,9 @@ def lme_less_accurate(runs: Runs) -> Answer:
         for r in (ROOT, 3.0)
     ]
     because = (
-        f"at h = 0.125 m the error of GMM-LME is {narrow:.2f} times that of GMM-MLS with R = sqrt(2) h and {wide:.2f} "
-        f"times with R = 3 h; its own falls from {own[0]:.2e} to {own[1]:.2e}: the truncation made most of it"
+        f"at h = 0.125 m the error of GMM-LME is {narrow:.2f} times that of GMM-MLS with R = "
+        f"sqrt(2) h and {wide:.2f} times with R = 3 h; its own falls from {own[0]:.2e} to "
+        f"{own[1]:.2e}: the truncation made most of it"
     )
     if narrow <= 1.0:
         return FAILS, because
@@ -130,7 +131,8 @@ def contact(runs: Runs) -> Answer:
             for name, value in stuck.items()
         )
         + f"; one that starts above it ends {100.0 * min(free):.1f} to {100.0 * max(free):.1f} % off, but "
-        f"{100.0 * -rising:.0f} % short when the background squares of MPM are cut along rising diagonals"
+        f"{100.0 * -rising:.0f} % short when the background squares of MPM are cut along rising "
+        "diagonals"
     )
     if max(map(abs, free)) > 0.2:
         return FAILS, because
@@ -177,9 +179,9 @@ def lme_before_mls(runs: Runs) -> Answer:
     failed = int(np.isnan(errors["GMM-MLS"]).sum())
     better = int(np.sum(quotients < 1.0))
     because = (
-        f"GMM-LME has the smaller RMS error in {better} of {len(quotients)} cases, {np.nanmin(quotients):.2f} to "
-        f"{np.nanmax(quotients):.2f} times that of GMM-MLS with R_eff = R / 2; as published, {failed} of "
-        f"{len(STEPS)} runs of GMM-MLS fail"
+        f"GMM-LME has the smaller RMS error in {better} of {len(quotients)} cases, "
+        f"{np.nanmin(quotients):.2f} to {np.nanmax(quotients):.2f} times that of GMM-MLS with "
+        f"R_eff = R / 2; as published, {failed} of {len(STEPS)} runs of GMM-MLS fail"
     )
     return (HOLDS if better == len(quotients) else FAILS), because
 
@@ -193,8 +195,9 @@ def gmm_costs_more(runs: Runs) -> Answer:
     low, high = float(np.nanmin(over)), float(np.nanmax(over))
     least, most = printed_overheads()
     because = (
-        f"GMM takes {100.0 * low:.0f} % to {100.0 * high:.0f} % more time than MPM here, where only active nodes enter "
-        f"the system; Table 1 itself gives {100.0 * least:+.1f} % to {100.0 * most:+.1f} %"
+        f"GMM takes {100.0 * low:.0f} % to {100.0 * high:.0f} % more time than MPM here, where "
+        f"only active nodes enter the system; Table 1 itself gives {100.0 * least:+.1f} % to "
+        f"{100.0 * most:+.1f} %"
     )
     return (HOLDS if low > 0.05 and high < 0.2 else FAILS), because
 

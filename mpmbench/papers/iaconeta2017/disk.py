@@ -2,10 +2,11 @@
 
 from typing import Any
 
-from mpmbench.papers.iaconeta2017.support import history, look, panels, single, thinned
+from mpmbench.papers.iaconeta2017.support import history, look
 from mpmbench.papers.kit import Campaigns, Chapter, cell
+from mpmbench.papers.parts import panels, quantities, ratio, single, thinned
 from mpmbench.report import style
-from mpmbench.report.tables import Cell, Table
+from mpmbench.report.tables import Cell
 
 STEPS = (4e-3, 2e-3, 1e-3)
 ROWS: dict[str, dict[str, object]] = {
@@ -25,6 +26,7 @@ PRINTED = {
     "GMM-LME, gamma = 1.8": ((0.9, 237.22), (0.23, 460.50), (0.07, 1005.21)),
     "GMM-LME, gamma = 2.8": ((0.52, 232.42), (0.07, 466.63), (0.06, 1038.70)),
 }
+SCALARS = ("error_sum", "error_centre_rms", "error_end_relative", "bounce_height", "solver_time")
 STUCK: dict[str, dict[str, object]] = {
     "MPM, gap 0": {"method": "implicit_mpm", "problem__gap": 0.0},
     "GMM-MLS, gap 0": {"basis": "mls", "problem__gap": 0.0},
@@ -45,46 +47,53 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
     """Errors and times over time steps, beside the printed ones."""
     page = Chapter("table1", "Table 1: disk rolling down a plane")
     page.statement = (
-        "The paper gives neither radius, angle, time step, duration nor gap. It finds GMM more accurate than MPM, most "
-        "of all GMM-LME, and 10 % to 16 % more expensive."
+        "The paper gives neither radius, angle, time step, duration nor gap. It finds GMM more "
+        "accurate than MPM, most of all GMM-LME, and 10 % to 16 % more expensive."
     )
-    columns = [
-        "method",
-        "step [ms]",
-        "error of Eq. 67 [m]",
-        "RMS error [m]",
-        "error at the end",
+    _errors(page, campaigns)
+    _paths(page, campaigns)
+    _fine(page, campaigns)
+    return page
+
+
+def _errors(page: Chapter, campaigns: Campaigns) -> None:
+    """Table 1, with the numbers of the paper."""
+    columns = ["method", "step [ms]", "error of Eq. 67 [m]", "RMS error [m]", "error at the end"]
+    columns += [
         "bounce [m]",
+        "time [s]",
+        "time / MPM's",
+        "printed error [m]",
+        "printed time / MPM's",
     ]
-    columns += ["time [s]", "time / MPM's", "printed error [m]", "printed time / MPM's"]
     rows = []
     for name, match in ROWS.items():
         for k, dt in enumerate(STEPS):
             here = {**match, "time_step": dt}
-            seconds = cell(campaigns, "table1", "solver_time", **here)
-            mpm = cell(campaigns, "table1", "solver_time", method="implicit_mpm", time_step=dt)
-            over = Cell()
-            if isinstance(seconds.value, float) and isinstance(mpm.value, float):
-                over = Cell(seconds.value / mpm.value, seconds.files + mpm.files)
-            quantities = ("error_sum", "error_centre_rms", "error_end_relative", "bounce_height")
-            found = [cell(campaigns, "table1", quantity, **here) for quantity in quantities]
+            mpm = cell(campaigns, "table1", "solver_time", **ROWS["MPM"], time_step=dt)
+            *found, seconds = quantities(campaigns, "table1", SCALARS, **here)
             printed = [Cell(), Cell()]
             if name in PRINTED:
                 error, time = PRINTED[name][k]
                 printed = [Cell(error), Cell(time / PRINTED["MPM"][k][1])]
-            rows.append([Cell(name), Cell(1e3 * dt), *found, seconds, over, *printed])
+            rows.append(
+                [Cell(name), Cell(1e3 * dt), *found, seconds, ratio(seconds, mpm), *printed]
+            )
     ended = [row[2].value for row in rows if row[0].value == "GMM-MLS, R_eff = R / 2"]
     failed = [row[2].value for row in rows if row[0].value == "GMM-MLS"]
     page.notes.append(
-        "The published weight of moving least squares reaches beyond the search radius and is cut off there, so that "
-        "the functions jump whenever a node comes or goes; on contact that makes energy out of nothing: "
-        f"{_finished(failed)} of {len(failed)} runs finish. With R_eff = R / 2 the weight vanishes at the search "
-        f"radius: {_finished(ended)} of {len(ended)} runs finish."
+        "The published weight of moving least squares reaches beyond the search radius and is cut "
+        "off there, so that the functions jump whenever a node comes or goes; on contact that "
+        f"makes energy out of nothing: {_finished(failed)} of {len(failed)} runs finish. With "
+        f"R_eff = R / 2 the weight vanishes at the search radius: {_finished(ended)} of "
+        f"{len(ended)} runs finish."
     )
     note = "The sum of Eq. 67 grows with the number of samples; the other errors do not. Times are the solver's."
-    page.add(
-        Table("all", "Errors and times", columns, rows, numeric=tuple(range(1, 10)), note=note)
-    )
+    page.tabulate("all", "Errors and times", columns, rows, numeric=range(1, 10), note=note)
+
+
+def _paths(page: Chapter, campaigns: Campaigns) -> None:
+    """Centre of the disk over time."""
     figure, axes = panels(1, 2, 2.8)
     files = []
     for name in ("MPM", "GMM-MLS, R_eff = R / 2", "GMM-LME, gamma = 1.8"):
@@ -104,35 +113,23 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
         "Radius 0.5 m, h = 0.05 m, 60 degrees, 2 ms. The disk falls through its gap, then bounces."
     )
     page.draw("paths", "Centre of the disk along and across the plane", caption, figure, files)
-    fine = [
-        [Cell(name)]
-        + [
-            cell(campaigns, "rolling_fine", quantity, **ROWS[name])
-            for quantity in (
-                "error_end_relative",
-                "error_centre_rms",
-                "bounce_height",
-                "solver_time",
-            )
-        ]
-        for name in ("MPM", "GMM-MLS, R_eff = R / 2")
+
+
+def _fine(page: Chapter, campaigns: Campaigns) -> None:
+    """The mesh size of the paper."""
+    wanted = ("error_end_relative", "error_centre_rms", "bounce_height", "solver_time")
+    shown: dict[str, dict[str, object]] = {
+        "MPM": ROWS["MPM"],
+        "GMM-MLS, R_eff = R / 2": ROWS["GMM-MLS, R_eff = R / 2"],
+        "GMM-LME, gamma = 1.8": {"basis": "lme"},
+    }
+    rows = [
+        [Cell(name), *quantities(campaigns, "rolling_fine", wanted, **match)]
+        for name, match in shown.items()
     ]
-    fine.append(
-        [Cell("GMM-LME, gamma = 1.8")]
-        + [
-            cell(campaigns, "rolling_fine", quantity, basis="lme")
-            for quantity in (
-                "error_end_relative",
-                "error_centre_rms",
-                "bounce_height",
-                "solver_time",
-            )
-        ]
-    )
     columns = ["method", "error at the end", "RMS error [m]", "bounce [m]", "solver time [s]"]
     title = "The paper's mesh size: h = 0.01 m, radius 0.25 m, 2 ms, 0.6 s"
-    page.add(Table("fine", title, columns, fine, numeric=(1, 2, 3, 4)))
-    return page
+    page.tabulate("fine", title, columns, rows, numeric=(1, 2, 3, 4))
 
 
 def printed_overheads() -> tuple[float, float]:
@@ -175,11 +172,12 @@ def glued_chapter(campaigns: Campaigns) -> Chapter:
     axes.legend(fontsize=6)
     caption = "h = 0.05 m, 2 ms. Gap 0: the disk touches the plane at the start, as published."
     page.draw("paths", "Set-ups that stick and set-ups that roll", caption, figure, files)
-    page.add(
-        Table("ends", "Ends", ["set-up", "error at the end", "bounce [m]"], rows, numeric=(1, 2))
+    page.tabulate(
+        "ends", "Ends", ["set-up", "error at the end", "bounce [m]"], rows, numeric=(1, 2)
     )
     page.notes.append(
-        "Contact by shared functions has no sign: what sees the fixed nodes is held by them in every direction. The "
-        "diagonal along which the background squares are cut decides whether a disk that has landed gets free again."
+        "Contact by shared functions has no sign: what sees the fixed nodes is held by them in "
+        "every direction. The diagonal along which the background squares are cut decides whether "
+        "a disk that has landed gets free again."
     )
     return page

@@ -10,21 +10,12 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from PIL import Image
 
-from mpmbench.papers.iaconeta2017.support import (
-    COLUMNS,
-    MESHES,
-    METHODS,
-    history,
-    look,
-    panels,
-    particles,
-    single,
-    thinned,
-)
+from mpmbench.papers.iaconeta2017.support import COLUMNS, MESHES, METHODS, history, look, particles
 from mpmbench.papers.kit import Campaigns, Chapter, cell
+from mpmbench.papers.parts import panels, quantities, single, thinned
 from mpmbench.report import style
 from mpmbench.report.claims import MissingRuns
-from mpmbench.report.tables import Cell, Table
+from mpmbench.report.tables import Cell
 
 SHOWN = (0.25, 0.5, 1.0, 2.0)  # [s]
 STRAIN = (0.0, 1.5)  # colours of the equivalent plastic strain
@@ -56,8 +47,9 @@ def soil_chapter(campaigns: Campaigns) -> Chapter:
     """Run-out and plastic strain of three methods on two or three meshes."""
     page = Chapter("soil", "Figs. 10-13: collapse of a cohesive soil column")
     page.statement = (
-        "The paper: final configurations of MPM, GMM-LME and GMM-MLS are almost coincident, but not the equivalent "
-        "plastic strains; in GMM the clouds must be repaired, MPM tracks large deformations without modification."
+        "The paper: final configurations of MPM, GMM-LME and GMM-MLS are almost coincident, but "
+        "not the equivalent plastic strains; in GMM the clouds must be repaired, MPM tracks large "
+        "deformations without modification."
     )
     if not any(_available(campaigns, name) for name in COLUMNS):
         raise MissingRuns("there are no results of the experiment soil")
@@ -73,9 +65,9 @@ def soil_chapter(campaigns: Campaigns) -> Chapter:
         for _, experiment, *_ in _available(campaigns, name)
     ):
         page.notes.append(
-            "Not run here: the paper's second mesh, h = 0.025 m, which takes two hours and more. The command "
-            "python -m mpmbench experiments=iaconeta2017_fine/soil runs it, and the next report on this paper shows it "
-            "beside the others."
+            "Not run here: the paper's second mesh, h = 0.025 m, which takes two hours and more. "
+            "The command python -m mpmbench experiments=iaconeta2017_fine/soil runs it, and the "
+            "next report on this paper shows it beside the others."
         )
     return page
 
@@ -137,12 +129,12 @@ def _run_out(page: Chapter, campaigns: Campaigns) -> None:
         if cells[0].value != "":
             rows.append([Cell(name), Cell(f"{4.0 / n:g}"), *cells])
     columns = ["method", "h [m]", "run-out at 2 s [m]", "largest plastic strain", *COUNTS.values()]
-    page.add(Table("ends", "At the end, t = 2 s", columns, rows, numeric=tuple(range(1, 7))))
+    page.tabulate("ends", "At the end, t = 2 s", columns, rows, numeric=range(1, 7))
 
 
 def _end(campaigns: Campaigns, experiment: str, match: dict[str, Any]) -> list[Cell]:
     """Run-out, largest plastic strain and `COUNTS` of one run, or how it ended; empty cells without a run."""
-    cells = [cell(campaigns, experiment, q, **match) for q in ("final_run_out", *COUNTS)]
+    cells = quantities(campaigns, experiment, ("final_run_out", *COUNTS), **match)
     try:
         file, found = history(campaigns, experiment, "largest_plastic_strain", **match)
         strain = Cell(float(found["largest_plastic_strain"][-1]), (file,))
@@ -157,13 +149,14 @@ def _base(page: Chapter, campaigns: Campaigns) -> None:
     stops = {"soil": "the base", "soil_base": "functions of the nodes there"}
     for name, n, experiment in product(("GMM-MLS", "GMM-LME"), (40, 80), stops):
         match = {**METHODS[name], "resolution": n}
-        counts = [cell(campaigns, experiment, q, **match) for q in ("final_run_out", *COUNTS)]
+        counts = quantities(campaigns, experiment, ("final_run_out", *COUNTS), **match)
         rows.append([Cell(name), Cell(f"{4.0 / n:g}"), Cell(stops[experiment]), *counts])
     columns = ["method", "h [m]", "nodes are stopped by", "run-out at 2 s [m]", *COUNTS.values()]
-    page.add(Table("base", "What stops the nodes of GMM", columns, rows, numeric=(1, 3, 4, 5, 6)))
+    page.tabulate("base", "What stops the nodes of GMM", columns, rows, numeric=(1, 3, 4, 5, 6))
     page.notes.append(
-        "The paper relies on functions that soil and base share; nodes of the soil may sink between those of the base. "
-        "In the figures nodes that reach the base stick to it (problem.base=plane)."
+        "The paper relies on functions that soil and base share; nodes of the soil may sink "
+        "between those of the base. In the figures nodes that reach the base stick to it "
+        "(problem.base=plane)."
     )
 
 
@@ -265,7 +258,7 @@ def soil_check_chapter(campaigns: Campaigns) -> Chapter:
         "Kratos Multiphysics 10.4.4, h = 0.1 m, a(0) = g: kinetic energy 717.1 J at 0.05 s and "
         "239.2 J at 0.10 s."
     )
-    figure, axes = single(width=1.6 * style.COLUMN)
+    figure, axes = single(height=2.8, width=1.6 * style.COLUMN)
     files, rows = [], []
     for k, (name, match) in enumerate(SETUPS.items()):
         file, found = history(campaigns, "soil_check", "time", "kinetic_energy", **match)
@@ -297,7 +290,7 @@ def soil_check_chapter(campaigns: Campaigns) -> Chapter:
         ]
     )
     columns = ["set-up", "energy at 0.05 s [J]", "energy at 0.10 s [J]", "run-out at 0.5 s [m]"]
-    page.add(Table("energies", "Kinetic energies", columns, rows, numeric=(1, 2, 3)))
+    page.tabulate("energies", "Kinetic energies", columns, rows, numeric=(1, 2, 3))
     return page
 
 

@@ -1,17 +1,14 @@
 """What the chapters and claims on Iaconeta et al. 2017 share: the paper's methods by name, and a few short cuts."""
 
-import dataclasses
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
 from mpmbench.papers.kit import Campaigns, subset
 from mpmbench.report import style
 from mpmbench.report.claims import MissingRuns
-from mpmbench.report.tables import Cell
 
 METHODS: dict[str, dict[str, str]] = {
     "UL-FEM": {"method": "fem", "basis": "linear"},
@@ -27,7 +24,6 @@ MESHES = (
 )  # its resolutions, and the experiments that they are in
 LINES = {"UL-FEM": "-", "MPM": "--", "GMM-MLS": "-", "GMM-LME": ":"}
 COLOURS = {"UL-FEM": "#E69F00", "MPM": "#0072B2", "GMM-MLS": "#CC79A7", "GMM-LME": "#009E73"}
-MOST_POINTS = 400  # of a drawn history
 
 
 def look(name: str) -> dict[str, Any]:
@@ -67,20 +63,6 @@ def history(
     return file, variables
 
 
-def panels(
-    rows: int, columns: int, height: float, width: float = 2.0 * style.COLUMN
-) -> tuple[Figure, np.ndarray]:
-    """A figure with a grid of axes, shape (rows, columns); lengths in inches."""
-    figure = Figure(figsize=(width, height), layout="constrained")
-    return figure, figure.subplots(rows, columns, squeeze=False)
-
-
-def single(height: float = 2.8, width: float = style.COLUMN) -> tuple[Figure, Axes]:
-    """A figure with one pair of axes; lengths in inches."""
-    figure, axes = panels(1, 1, height, width)
-    return figure, axes[0, 0]
-
-
 def particles(
     axes: Axes, position: np.ndarray, values: np.ndarray, limits: tuple[float, float], size: float
 ) -> Any:
@@ -118,22 +100,3 @@ def contours(
     axes.set_aspect("equal")
     axes.grid(False)
     return filled
-
-
-def thinned(*histories: np.ndarray) -> tuple[np.ndarray, ...]:
-    """The same histories with at most `MOST_POINTS` instants, the last one among them: enough for a curve."""
-    last = len(histories[0]) - 1
-    kept = np.unique(np.linspace(0, last, min(MOST_POINTS, last + 1)).round().astype(int))
-    return tuple(one[kept] for one in histories)
-
-
-def with_digits(digits: int, found: Cell) -> Cell:
-    """The same cell with more digits shown."""
-    return dataclasses.replace(found, digits=digits)
-
-
-def ratio(one: Cell, other: Cell) -> Cell:
-    """Quotient of two numbers with the files of both; empty when one is missing."""
-    if not (isinstance(one.value, float) and isinstance(other.value, float)) or other.value == 0.0:
-        return Cell()
-    return Cell(one.value / other.value, one.files + other.files)

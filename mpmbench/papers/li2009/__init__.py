@@ -70,8 +70,9 @@ PAPER = Paper(
     reference="B. Li, The Optimal Transportation Method in Solid Mechanics, PhD thesis, California Institute of "
     "Technology, Pasadena, 2009.",
     summary="The isothermal shock, the elastic bar and the shape functions of the thesis, with its parameters where it "
-    "gives them; explicit linear finite elements, the other methods of this program, SPH with an Eulerian kernel and "
-    "nodal integration stand beside OTM. Errors of the shock are those of Eq. 4.27: the largest over time.",
+    "gives them; explicit linear finite elements, the other methods of this program, SPH with an "
+    "Eulerian kernel and nodal integration stand beside OTM. Errors of the shock are those of Eq. "
+    "4.27: the largest over time.",
     chapters=(
         functions.table_chapter,
         functions.boundary_chapter,

@@ -5,10 +5,20 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import LogNorm
 
-from mpmbench.papers.kit import Campaigns, Chapter, MissingRuns, cell, variables
-from mpmbench.papers.li2009.support import CONSISTENT, LUMPED, OTM, panels, single
+from mpmbench.papers.kit import Campaigns, Chapter, cell, variables
+from mpmbench.papers.li2009.support import CONSISTENT, LUMPED, OTM
+from mpmbench.papers.parts import (
+    along,
+    files_of,
+    finished,
+    name_axes,
+    numbers,
+    panels,
+    quantities,
+    single,
+)
 from mpmbench.report import style
-from mpmbench.report.tables import Cell, Table
+from mpmbench.report.tables import Cell
 
 UNIFORM = {"problem__irregularity": 0.0}
 IRREGULAR = {"problem__irregularity": 0.3}
@@ -62,6 +72,14 @@ SERIES = (
     "tip_velocity_exact",
     "total_energy",
 )
+SCALARS = (
+    "tip_displacement_max",
+    "tip_displacement_min",
+    "tip_displacement_error",
+    "tip_velocity_max",
+    "total_energy_drift",
+    "total_energy_end",
+)
 
 
 def bar_chapter(campaigns: Campaigns) -> Chapter:
@@ -69,11 +87,11 @@ def bar_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "fig4_12",
         "Figs. 4.12 and 4.13: the free end of the elastic bar",
-        "OTM agrees with finite elements in tension and compression, also with a nonuniform distribution of nodes; "
-        "standard SPH cannot solve the problem.",
+        "OTM agrees with finite elements in tension and compression, also with a nonuniform "
+        "distribution of nodes; standard SPH cannot solve the problem.",
     )
     for quantity, unit, scale in (("displacement", "um", 1e6), ("velocity", "m/s", 1.0)):
-        figure, axes = panels(3, 2, height=1.35, sharex=True, sharey=True)
+        figure, axes = panels(3, 2, 4.35, sharex=True, sharey=True)
         files = []
         for axis, name in zip(axes.ravel(), SHOWN, strict=True):
             file, found = variables(campaigns, "fig4_12", *SERIES, **BARS[name])
@@ -87,8 +105,7 @@ def bar_chapter(campaigns: Campaigns) -> Chapter:
             )
             axis.set_title(name, pad=3)
             files.append(file)
-        figure.supxlabel(r"time [$\mu$s]", size=8)
-        figure.supylabel(f"tip {quantity} [{unit}]".replace("um", r"$\mu$m"), size=8)
+        name_axes(figure, r"time [$\mu$s]", f"tip {quantity} [{unit}]".replace("um", r"$\mu$m"))
         page.draw(
             quantity,
             f"Tip {quantity}",
@@ -98,27 +115,15 @@ def bar_chapter(campaigns: Campaigns) -> Chapter:
         )
     rows = []
     for name, match in BARS.items():
-        row = [Cell(name)]
-        for quantity in (
-            "tip_displacement_max",
-            "tip_displacement_min",
-            "tip_displacement_error",
-            "tip_velocity_max",
-            "total_energy_drift",
-            "total_energy_end",
-        ):
-            row.append(cell(campaigns, "fig4_12", quantity, **match))
-        rows.append(row)
+        rows.append([Cell(name), *quantities(campaigns, "fig4_12", SCALARS, **match)])
     columns = ["method", "largest [m]", "smallest [m]", "relative L2 error", "largest speed [m/s]"]
     columns += ["energy drift", "energy left"]
     note = "Exact: 3.2975e-5 m and -3.2975e-5 m, 5 m/s. Extremes in the first period, error over 250 microseconds."
-    page.add(
-        Table("tip", "The free end by method", columns, rows, note, numeric=tuple(range(1, 7)))
-    )
+    page.tabulate("tip", "The free end by method", columns, rows, note=note, numeric=range(1, 7))
     page.notes.append(
-        "Position differences with a lumped mass are a filter in every step: the bar comes to rest. SPH with the "
-        "derivatives of Eq. 2.5 takes its free end away at once; with symmetric derivatives it keeps its energy and "
-        "still gives a wrong motion."
+        "Position differences with a lumped mass are a filter in every step: the bar comes to "
+        "rest. SPH with the derivatives of Eq. 2.5 takes its free end away at once; with symmetric "
+        "derivatives it keeps its energy and still gives a wrong motion."
     )
     return page
 
@@ -134,17 +139,11 @@ def energy_chapter(campaigns: Campaigns) -> Chapter:
         "lumped, position differences": FILTER,
     }
     for rank, (name, match) in enumerate(variants.items()):
-        drifts = [
-            cell(campaigns, "energy", "total_energy_drift", time_step=dt, **match) for dt in STEPS
-        ]
-        known = [
-            (dt, d.value) for dt, d in zip(STEPS, drifts, strict=True) if isinstance(d.value, float)
-        ]
-        if not known:
-            raise MissingRuns(f"energy: no run with {name} has finished")
-        axes.loglog(*zip(*known, strict=True), label=name, **style.line("otm", "lme", rank))
+        drifts = along(campaigns, "energy", "total_energy_drift", "time_step", STEPS, **match)
+        curve = finished(STEPS, drifts, f"energy: no run with {name} has finished")
+        axes.loglog(*curve, label=name, **style.line("otm", "lme", rank))
         rows.append([Cell(name), *drifts])
-        files += [file for d in drifts for file in d.files]
+        files += files_of(drifts)
     axes.set_xlabel("time step [s]")
     axes.set_ylabel("relative change of the energy")
     axes.legend()
@@ -156,14 +155,8 @@ def energy_chapter(campaigns: Campaigns) -> Chapter:
         files,
     )
     columns = ["mass and transfer", *(f"{dt:g} s" for dt in STEPS)]
-    page.add(
-        Table(
-            "drift",
-            "Largest relative change of the energy",
-            columns,
-            rows,
-            numeric=tuple(range(1, 7)),
-        )
+    page.tabulate(
+        "drift", "Largest relative change of the energy", columns, rows, numeric=range(1, 7)
     )
     return page
 
@@ -173,8 +166,8 @@ def stability_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "stability",
         "Sect. 4.2: tensile instability of a stretched bar",
-        "Since OTM uses an incremental updated Lagrangian kernel and integrates at material points, it completely "
-        "avoids the tensile instability.",
+        "Since OTM uses an incremental updated Lagrangian kernel and integrates at material "
+        "points, it completely avoids the tensile instability.",
     )
     growth, rows, files = np.full((len(GAMMAS), len(STRETCHES)), np.nan), [], []
     for i, gamma in enumerate(GAMMAS):
@@ -182,9 +175,9 @@ def stability_chapter(campaigns: Campaigns) -> Chapter:
             _growth(campaigns, "stability", basis__gamma=gamma, problem__stretch=stretch, **UPDATED)
             for stretch in STRETCHES
         ]
-        growth[i] = [one.value if isinstance(one.value, float) else np.nan for one in found]
+        growth[i] = numbers(found)
         rows.append([Cell(gamma), *found])
-        files += [file for one in found for file in one.files]
+        files += files_of(found)
     figure, axes = single()
     picture = axes.pcolormesh(
         range(len(STRETCHES)),
@@ -202,14 +195,12 @@ def stability_chapter(campaigns: Campaigns) -> Chapter:
     caption = "41 nodes, P = E ln J, ends held, velocity noise 1e-10 m/s, 400 s; the initial stress is balanced."
     page.draw("map", "Growth by stretch and gamma", caption, figure, files)
     columns = ["gamma", *(f"{s:g}" for s in STRETCHES)]
-    page.add(
-        Table(
-            "growth",
-            "Growth of the disturbance by stretch",
-            columns,
-            rows,
-            numeric=tuple(range(1 + len(STRETCHES))),
-        )
+    page.tabulate(
+        "growth",
+        "Growth of the disturbance by stretch",
+        columns,
+        rows,
+        numeric=range(1 + len(STRETCHES)),
     )
     rows = []
     others: dict[str, dict[str, Any]] = {
@@ -227,10 +218,11 @@ def stability_chapter(campaigns: Campaigns) -> Chapter:
         ]
         rows.append([Cell(name), *stretched])
     columns = ["method", "1.2", "1.4", "1.6", "2"]
-    page.add(Table("frozen", "The same with other functions", columns, rows, numeric=(1, 2, 3, 4)))
+    page.tabulate("frozen", "The same with other functions", columns, rows, numeric=(1, 2, 3, 4))
     page.notes.append(
-        "Re-computed functions of a stretched bar are those of an Eulerian kernel as far as the instability goes: it "
-        "sets in where the stress outweighs the tangent modulus in the shortest wave. Metals break or flow long before."
+        "Re-computed functions of a stretched bar are those of an Eulerian kernel as far as the "
+        "instability goes: it sets in where the stress outweighs the tangent modulus in the "
+        "shortest wave. Metals break or flow long before."
     )
     return page
 

@@ -53,7 +53,8 @@ def line_search_needed(runs: Runs) -> tuple[str, str]:
     )
     holds = plain > 0.5 and safe == 0.0
     return (HOLDS if holds else FAILS), (
-        f"for gamma = 6.8 plain Newton fails at {100 * plain:.0f} % of the samples; with a line search at {safe:.0f}"
+        f"for gamma = 6.8 plain Newton fails at {100 * plain:.0f} % of the samples; with a line "
+        f"search at {safe:.0f}"
     )
 
 
@@ -91,7 +92,8 @@ def error_level(runs: Runs) -> tuple[str, str]:
     answer = HOLDS if smallest < 1e-7 else FAILS
     return (
         answer,
-        f"with 200 cells the velocity error is {smallest:.1e} m^1.5/s; its square is {smallest**2:.1e}",
+        f"with 200 cells the velocity error is {smallest:.1e} m^1.5/s; its square is "
+        f"{smallest**2:.1e}",
     )
 
 
@@ -131,7 +133,8 @@ def irregular_density(runs: Runs) -> tuple[str, str]:
         answer = FAILS
     return (
         answer,
-        f"density rate {plain:.2f} with derivatives as they are, {mended:.2f} with corrected gradients",
+        f"density rate {plain:.2f} with derivatives as they are, {mended:.2f} with corrected "
+        "gradients",
     )
 
 
@@ -154,8 +157,8 @@ def bar_as_fem(runs: Runs) -> tuple[str, str]:
     elements = max(far(name)[1] for name in ("linear FEM", "linear FEM, irregular nodes"))
     found = {name: far(name) for name in COMPARED}
     because = (
-        f"relative errors of the tip's displacement: OTM {min(e for _, e in found.values()):.3f} to "
-        f"{max(e for _, e in found.values()):.3f}, linear elements at most {elements:.3f}"
+        f"relative errors of the tip's displacement: OTM {min(e for _, e in found.values()):.3f} "
+        f"to {max(e for _, e in found.values()):.3f}, linear elements at most {elements:.3f}"
     )
     bad = [name for name, (outside, _) in found.items() if outside]
     if not bad:
@@ -176,7 +179,8 @@ def sph_fails(runs: Runs) -> tuple[str, str]:
     )
     holds = plain != "ok" and symmetric > 0.3
     return (HOLDS if holds else FAILS), (
-        f"SPH ends with status {plain}; with symmetric derivatives the relative error is {symmetric:.2f}"
+        f"SPH ends with status {plain}; with symmetric derivatives the relative error is "
+        f"{symmetric:.2f}"
     )
 
 
@@ -188,7 +192,8 @@ def nodal_integration(runs: Runs) -> tuple[str, str]:
     answer = HOLDS if error > 0.1 or speed > SPEED else FAILS
     return (
         answer,
-        f"with local max-ent functions the relative error is {error:.3f}, the largest speed {speed:.2f} m/s",
+        f"with local max-ent functions the relative error is {error:.3f}, the largest speed "
+        f"{speed:.2f} m/s",
     )
 
 
@@ -211,7 +216,8 @@ def avoids_tensile_instability(runs: Runs) -> tuple[str, str]:
     answer = f"holds when gamma is {stable[0]:g} or more" if stable else FAILS
     return (
         answer,
-        f"a disturbance grows from a stretch of {words}; the largest stretch tried is {STRETCHES[-1]:g}",
+        f"a disturbance grows from a stretch of {words}; the largest stretch tried is "
+        f"{STRETCHES[-1]:g}",
     )
 
 
@@ -224,5 +230,6 @@ def energy_kept(runs: Runs) -> tuple[str, str]:
     answer = "holds when the mass is consistent" if abs(kept - 1.0) < 0.01 and lost < 0.5 else FAILS
     return (
         answer,
-        f"of the energy {100 * kept:.1f} % is left with a consistent mass, {100 * lost:.1f} % with a lumped one",
+        f"of the energy {100 * kept:.1f} % is left with a consistent mass, {100 * lost:.1f} % "
+        "with a lumped one",
     )

@@ -4,9 +4,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mpmbench.papers.kit import Campaigns, Chapter, cell, variables
-from mpmbench.papers.li2009.support import panels
+from mpmbench.papers.parts import name_axes, panels
 from mpmbench.report import style
-from mpmbench.report.tables import Cell, Table
+from mpmbench.report.tables import Cell
 
 GAMMAS = (0.8, 1.8, 2.8, 6.8)
 TOLERANCES = (1e-5, 1e-10, 1e-13)
@@ -21,7 +21,8 @@ def table_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "table2_1",
         "Table 2.1: Newton steps for the multipliers",
-        "For a tolerance of 1e-5 two to three Newton steps suffice over a broad range of gamma; large gamma need more.",
+        "For a tolerance of 1e-5 two to three Newton steps suffice over a broad range of gamma; "
+        "large gamma need more.",
     )
     campaigns["table2_1"]  # raises MissingRuns
     rows = []
@@ -51,10 +52,11 @@ def table_chapter(campaigns: Campaigns) -> Chapter:
         columns += [f"{name}, thesis", f"{name}, here"]
     columns.append("share of samples that fail")
     title = "Mean Newton steps of the samples that converge"
-    page.add(Table("steps", title, columns, rows, numeric=(0, *range(2, 9))))
+    page.tabulate("steps", title, columns, rows, numeric=(0, *range(2, 9)))
     page.notes.append(
-        "The thesis describes an exact line search. Its numbers are those of the plain method, averaged over the "
-        "samples where it converges: for gamma = 6.8 a minority. With a line search no sample fails."
+        "The thesis describes an exact line search. Its numbers are those of the plain method, "
+        "averaged over the samples where it converges: for gamma = 6.8 a minority. With a line "
+        "search no sample fails."
     )
     return page
 
@@ -64,10 +66,10 @@ def boundary_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "fig2_3",
         "Fig. 2.3: functions at the boundary, anisotropic functions",
-        "At a vertex the functions have the Kronecker property, and functions of inner nodes vanish on the boundary. "
-        "Other metrics give anisotropic functions.",
+        "At a vertex the functions have the Kronecker property, and functions of inner nodes "
+        "vanish on the boundary. Other metrics give anisotropic functions.",
     )
-    figure, axes = panels(2, 4, height=1.75, sharey="col")
+    figure, axes = panels(2, 4, 3.8, sharey="col")
     files, rows = [], []
     for row, stretch in enumerate((1.0, 2.0)):
         file, found = variables(campaigns, "fig2_3", *WANTED, problem__metric_stretch=stretch)
@@ -90,15 +92,14 @@ def boundary_chapter(campaigns: Campaigns) -> Chapter:
     figure.colorbar(
         picture, ax=list(axes.ravel()), label="function", shrink=0.6, ticks=(0.0, 0.5, 1.0)
     )
-    figure.supxlabel("$x_1$ [m]", size=8)
-    figure.supylabel("$x_2$ [m]", size=8)
+    name_axes(figure, "$x_1$ [m]", "$x_2$ [m]")
     caption = (
-        "gamma = 1.8, 11 x 11 regular nodes, each panel 5 m wide; below with the metric of F = diag(2, 1/2). "
-        "The crosses are the nodes."
+        "gamma = 1.8, 11 x 11 regular nodes, each panel 5 m wide; below with the metric of F = "
+        "diag(2, 1/2). The crosses are the nodes."
     )
     page.draw("functions", "Functions of four nodes", caption, figure, files)
     columns = ["node", "metric stretch", "largest value", "largest value on the boundary"]
-    page.add(Table("values", "Values on the boundary", columns, rows, numeric=(1, 2, 3)))
+    page.tabulate("values", "Values on the boundary", columns, rows, numeric=(1, 2, 3))
     return page
 
 
@@ -107,10 +108,10 @@ def gamma_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "fig2_4",
         "Fig. 2.4: a function and its derivative by gamma",
-        "The functions are smooth and gamma controls their locality; for gamma = 6.8 the function ostensibly coincides "
-        "with the Delaunay shape function.",
+        "The functions are smooth and gamma controls their locality; for gamma = 6.8 the function "
+        "ostensibly coincides with the Delaunay shape function.",
     )
-    figure, axes = panels(2, 4, height=1.75, sharex=True, sharey=True)
+    figure, axes = panels(2, 4, 3.8, sharex=True, sharey=True)
     files, rows = [], []
     for k, gamma in enumerate(GAMMAS):
         file, found = variables(campaigns, "fig2_4", *WANTED, basis__gamma=gamma)
@@ -144,15 +145,14 @@ def gamma_chapter(campaigns: Campaigns) -> Chapter:
         )
     figure.colorbar(above, ax=list(axes[0]), label="function", ticks=(0.0, 0.5, 1.0))
     figure.colorbar(below, ax=list(axes[1]), label="derivative / largest", ticks=(-1.0, 0.0, 1.0))
-    figure.supxlabel("$x_1$ [m]", size=8)
-    figure.supylabel("$x_2$ [m]", size=8)
+    name_axes(figure, "$x_1$ [m]", "$x_2$ [m]")
     caption = (
-        "Above the function of an inner node, below its derivative by the first coordinate over the largest one; "
-        "jittered nodes, h = 1 m."
+        "Above the function of an inner node, below its derivative by the first coordinate over "
+        "the largest one; jittered nodes, h = 1 m."
     )
     page.draw("functions", "Function and derivative", caption, figure, files)
     columns = ["gamma", "largest value", "largest slope [1/m]", "area with phi > 0.001 [m2]"]
-    page.add(Table("extent", "Height, slope and extent", columns, rows, numeric=(0, 1, 2, 3)))
+    page.tabulate("extent", "Height, slope and extent", columns, rows, numeric=(0, 1, 2, 3))
     _section(page, campaigns)
     return page
 
@@ -168,7 +168,7 @@ def _window(axis: Axes, corner: np.ndarray, title: str) -> None:
 
 def _section(page: Chapter, campaigns: Campaigns) -> None:
     """The functions on a line through the node."""
-    figure, axes = panels(1, 1, height=2.2)
+    figure, axes = panels(1, 1, 2.5)
     files = []
     for k, gamma in enumerate(GAMMAS):
         file, found = variables(campaigns, "fig2_4", *WANTED, basis__gamma=gamma)

@@ -4,18 +4,11 @@ from typing import Any
 
 import numpy as np
 
-from mpmbench.papers.kit import Campaigns, Chapter, MissingRuns, cell, variables
-from mpmbench.papers.li2009.support import (
-    DENSITY,
-    FIELDS,
-    OTM,
-    SHOCK,
-    VELOCITY,
-    exact_shock,
-    panels,
-)
+from mpmbench.papers.kit import Campaigns, Chapter, variables
+from mpmbench.papers.li2009.support import DENSITY, FIELDS, OTM, SHOCK, VELOCITY, exact_shock
+from mpmbench.papers.parts import along, files_of, finished, name_axes, panels, quantities, ticks
 from mpmbench.report import style
-from mpmbench.report.tables import Cell, Table
+from mpmbench.report.tables import Cell
 
 PARTICLES = (1, 2, 3, 4, 6, 8)
 DENSITY_TICKS = (3e-4, 5e-4, 1e-3, 1.5e-3)  # [kg/m2]
@@ -27,7 +20,8 @@ def exact_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "fig4_3",
         "Figs. 4.2 and 4.3: the shock",
-        "Density, displacement, velocity and acceleration of the travelling wave; OTM follows them.",
+        "Density, displacement, velocity and acceleration of the travelling wave; OTM follows "
+        "them.",
     )
     file, found = variables(campaigns, "fig4_3", *FIELDS, resolution=50)
     X, times = found["position_initial"][:, 0], found["snapshot_time"]
@@ -38,7 +32,7 @@ def exact_chapter(campaigns: Campaigns) -> Chapter:
         "velocity": "m/s",
         "acceleration": "m/s$^2$",
     }
-    figure, axes = panels(2, 2, height=1.7, sharex=True)
+    figure, axes = panels(2, 2, 3.7, sharex=True)
     for axis, (name, unit) in zip(axes.ravel(), units.items(), strict=True):
         for k, t in enumerate(times):
             axis.plot(
@@ -48,10 +42,10 @@ def exact_chapter(campaigns: Campaigns) -> Chapter:
                 lw=0.9,
             )
         axis.set_ylabel(f"{name} [{unit}]")
-    figure.supxlabel("$X_1$ [m]", size=8)
+    name_axes(figure, "$X_1$ [m]")
     caption = "Exact fields at t = 0 (light) to 6 L/C (dark), with + log 2 in Eqs. 4.21a and 4.23b."
     page.draw("exact", "Fig. 4.2: exact fields", caption, figure, [])
-    figure, axes = panels(2, 3, height=1.5, sharex=True)
+    figure, axes = panels(2, 3, 3.3, sharex=True)
     reference = found["volume"][0] / (SHOCK["rho"] / exact_shock(X, 0.0)["density"])
     lag = 0.5 * _step(campaigns, file)  # a velocity lives half a step before its instant
     near = line[line < SHOWN_LENGTH]
@@ -76,11 +70,11 @@ def exact_chapter(campaigns: Campaigns) -> Chapter:
             above.set_ylabel(f"{name} [{units[name]}]")
             below.set_ylabel(f"error [{units[name]}]")
             below.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
-    figure.supxlabel("$X_1$ [m]", size=8)
+    name_axes(figure, "$X_1$ [m]")
     instants = ", ".join(f"{1e3 * times[k]:.2f}" for k in range(1, len(times), 2))
     caption = (
-        f"OTM with 50 cells, lumped mass, gamma = 1.8, at t = {instants} ms (white to filled); black: exact. Below the "
-        "differences at the same points."
+        f"OTM with 50 cells, lumped mass, gamma = 1.8, at t = {instants} ms (white to filled); "
+        "black: exact. Below the differences at the same points."
     )
     page.draw("computed", "Fig. 4.3: computed and exact fields", caption, figure, [file])
     return page
@@ -101,8 +95,8 @@ def convergence_chapter(campaigns: Campaigns) -> Chapter:
     )
     page.convergence(campaigns["fig4_4"], (VELOCITY, DENSITY))
     page.notes.append(
-        "The error level of the thesis belongs to squared norms: at h = L/8 the velocity is right to about 5e-5 "
-        "m^1.5/s in the norm of Eq. 4.27."
+        "The error level of the thesis belongs to squared norms: at h = L/8 the velocity is right "
+        "to about 5e-5 m^1.5/s in the norm of Eq. 4.27."
     )
     return page
 
@@ -116,9 +110,9 @@ def irregular_chapter(campaigns: Campaigns) -> Chapter:
     )
     page.convergence(campaigns["irregular"], (VELOCITY, DENSITY))
     page.notes.append(
-        "Particles at the middle of irregular segments do not integrate the gradients exactly: a constant stress "
-        "pushes nodes about, and the density stops converging. Gradients corrected so that they integrate exactly "
-        "(basis.gradient=consistent) mend it."
+        "Particles at the middle of irregular segments do not integrate the gradients exactly: a "
+        "constant stress pushes nodes about, and the density stops converging. Gradients corrected "
+        "so that they integrate exactly (basis.gradient=consistent) mend it."
     )
     return page
 
@@ -128,42 +122,31 @@ def particles_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "particles", "Particles per cell: what they do for the density, beyond the thesis"
     )
-    figure, axes = panels(1, 2, height=2.1, sharey=True)
+    figure, axes = panels(1, 2, 2.4, sharey=True)
     rows, files = [], []
     for axis, share in zip(axes[0], (0.0, 0.2), strict=True):
         for rank, gradient in enumerate(("exact", "consistent")):
             match: dict[str, Any] = {"problem__irregularity": share, "basis__gradient": gradient}
-            errors = [
-                cell(campaigns, "particles", DENSITY, particles_per_cell=n, **match)
-                for n in PARTICLES
-            ]
-            known = [
-                (n, e.value)
-                for n, e in zip(PARTICLES, errors, strict=True)
-                if isinstance(e.value, float)
-            ]
-            if not known:
-                raise MissingRuns(f"particles: no run with {gradient} gradients has finished")
-            axis.loglog(
-                *zip(*known, strict=True),
-                label=f"{gradient} gradients",
-                **style.line("otm", "lme", rank),
+            errors = along(
+                campaigns, "particles", DENSITY, "particles_per_cell", PARTICLES, **match
             )
+            lack = f"particles: no run with {gradient} gradients has finished"
+            curve = finished(PARTICLES, errors, lack)
+            axis.loglog(*curve, label=f"{gradient} gradients", **style.line("otm", "lme", rank))
             rows.append([Cell("irregular" if share else "uniform"), Cell(gradient), *errors])
-            files += [file for e in errors for file in e.files]
+            files += files_of(errors)
         axis.set_title("20 % irregular nodes" if share else "uniform nodes", pad=3)
-        axis.set_xticks(PARTICLES, [str(n) for n in PARTICLES])
+        ticks(axis, PARTICLES)
         axis.set_yticks(DENSITY_TICKS, [f"{error:g}" for error in DENSITY_TICKS])
         axis.minorticks_off()
     axes[0, 0].legend()
-    figure.supxlabel("particles per cell", size=8)
-    figure.supylabel("density error [kg/m$^2$]", size=8)
+    name_axes(figure, "particles per cell", "density error [kg/m$^2$]")
     page.draw(
         "density", "Error of the density", "50 cells, OTM, lumped mass, gamma = 1.8.", figure, files
     )
     columns = ["nodes", "gradients", *(f"{n} per cell" for n in PARTICLES)]
     title = "Largest L1 error of the density [kg/m2]"
-    page.add(Table("density", title, columns, rows, numeric=tuple(range(2, 8))))
+    page.tabulate("density", title, columns, rows, numeric=range(2, 8))
     return page
 
 
@@ -172,16 +155,15 @@ def mass_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "methods",
         "Mass and transfer, other methods: the shock in one dimension",
-        "The thesis derives a consistent form (3.89) and a lumped one with nodal velocities (3.92).",
+        "The thesis derives a consistent form (3.89) and a lumped one with nodal velocities "
+        "(3.92).",
     )
     rows = []
     for mass in ("lumped", "consistent"):
         for transfer in ("nodal", "position_difference"):
             for n in (1, 2):
                 match = OTM | {"mass": mass, "method__transfer": transfer, "particles_per_cell": n}
-                errors = [
-                    cell(campaigns, "mass_transfer", norm, **match) for norm in (VELOCITY, DENSITY)
-                ]
+                errors = quantities(campaigns, "mass_transfer", (VELOCITY, DENSITY), **match)
                 failed = isinstance(errors[0].value, str) and errors[0].files
                 why = (
                     str(campaigns["mass_transfer"].runs.reason[errors[0].files[0]])
@@ -205,8 +187,8 @@ def mass_chapter(campaigns: Campaigns) -> Chapter:
         "density error [kg/m2]",
         "reason",
     ]
-    page.add(
-        Table("mass", "OTM with 50 cells, by mass and transfer", columns, rows, numeric=(2, 3, 4))
+    page.tabulate(
+        "mass", "OTM with 50 cells, by mass and transfer", columns, rows, numeric=(2, 3, 4)
     )
     runs, settings = campaigns["shock_methods"].runs, campaigns["shock_methods"].settings
     rows = []
@@ -233,13 +215,7 @@ def mass_chapter(campaigns: Campaigns) -> Chapter:
         reason = Cell("" if done else str(runs.reason[file]).partition(" (")[0])
         rows.append([Cell(name), Cell(str(runs.mass[file])), *errors, reason])
     columns = ["method", "mass", "velocity error [m^1.5/s]", "density error [kg/m2]", "reason"]
-    page.add(
-        Table(
-            "methods",
-            "All methods, 50 cells, two particles per cell",
-            columns,
-            rows,
-            numeric=(2, 3),
-        )
+    page.tabulate(
+        "methods", "All methods, 50 cells, two particles per cell", columns, rows, numeric=(2, 3)
     )
     return page

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from mpmbench.papers.kit import Campaigns, Chapter, cell, variables
-from mpmbench.papers.li2009.support import DENSITY, FIELDS, OTM, VELOCITY, exact_shock, panels
+from mpmbench.papers.kit import Campaigns, Chapter, variables
+from mpmbench.papers.li2009.support import DENSITY, FIELDS, OTM, VELOCITY, exact_shock
+from mpmbench.papers.parts import name_axes, panels, quantities
 from mpmbench.report import style
 from mpmbench.report.tables import Cell, Table
 
@@ -16,6 +17,7 @@ COLOURS: dict[str, Any] = {
     "vmax": 2.2,
     "rasterized": True,
 }  # velocity [m/s]
+COSTS = ("n_nodes", "n_particles", "neighbours_mean", "steps", "solver_time")
 VIEW = (30.0, 18.0)  # turn about the vertical and tilt [degrees]
 STRIP: dict[str, dict[str, Any]] = {
     "gamma = 1.8": OTM | {"basis__gamma": 1.8, "basis__gradient": "exact", "particles_per_cell": 1},
@@ -37,7 +39,7 @@ def strip_chapter(campaigns: Campaigns) -> Chapter:
         "The shock propagates in two dimensions; no errors are given.",
     )
     file, found = variables(campaigns, "fig4_7", *FIELDS, **STRIP["gamma = 4"])
-    figure, axes = panels(6, 1, height=0.62, sharex=True)
+    figure, axes = panels(6, 1, 4.02, sharex=True)
     for row, place in enumerate(("reference", "deformed")):
         for k, t in enumerate(found["snapshot_time"][1:], 1):
             x = found["position_initial"] if place == "reference" else found["position"][k]
@@ -47,13 +49,13 @@ def strip_chapter(campaigns: Campaigns) -> Chapter:
             )
             axis.set_xlim(-0.5, 44.0)
     figure.colorbar(picture, ax=list(axes[:, 0]), label="velocity [m/s]", shrink=0.7)
-    figure.supxlabel("$x_1$ [mm]", size=8)
+    name_axes(figure, "$x_1$ [mm]")
     caption = (
-        "Material points at the barycentres of 400 triangles, where they were at first (Fig. 4.6) and where they are "
-        "(Fig. 4.7); lumped mass, gamma = 4."
+        "Material points at the barycentres of 400 triangles, where they were at first (Fig. 4.6) "
+        "and where they are (Fig. 4.7); lumped mass, gamma = 4."
     )
     page.draw("strip", "Velocity at three instants", caption, figure, [file])
-    figure, axes = panels(3, 2, height=1.5, sharex=True, sharey=True)
+    figure, axes = panels(3, 2, 4.8, sharex=True, sharey=True)
     files = []
     for axis, (name, match) in zip(axes.ravel(), STRIP.items(), strict=False):
         file, found = variables(campaigns, "fig4_7", *FIELDS, **match)
@@ -62,8 +64,7 @@ def strip_chapter(campaigns: Campaigns) -> Chapter:
         files.append(file)
     axes[-1, -1].set_axis_off()
     figure.colorbar(picture, ax=list(axes.ravel()), label="velocity [m/s]", shrink=0.7)
-    figure.supxlabel("$x_1$ [mm]", size=8)
-    figure.supylabel("$x_2$ [mm]", size=8)
+    name_axes(figure, "$x_1$ [mm]", "$x_2$ [mm]")
     page.draw(
         "head",
         "The compressed end at t = 6 L/C",
@@ -73,8 +74,9 @@ def strip_chapter(campaigns: Campaigns) -> Chapter:
     )
     page.add(_errors(campaigns, "fig4_7", STRIP))
     page.notes.append(
-        "Barycentres of the triangles integrate wide functions badly: the strip is pushed sideways. Narrow functions, "
-        "particles in a regular pattern, or corrected gradients bring it back."
+        "Barycentres of the triangles integrate wide functions badly: the strip is pushed "
+        "sideways. Narrow functions, particles in a regular pattern, or corrected gradients bring "
+        "it back."
     )
     return page
 
@@ -95,10 +97,11 @@ def cylinder_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "fig4_9",
         "Figs. 4.8 and 4.9: the shock down a cylinder",
-        "In 3D, 2907 nodes and 14,700 material points: a sequence of snapshots of the deformed configuration.",
+        "In 3D, 2907 nodes and 14,700 material points: a sequence of snapshots of the deformed "
+        "configuration.",
     )
     file, found = variables(campaigns, "fig4_9", *FIELDS, **CYLINDER["gamma = 4"])
-    figure, axes = panels(3, 2, height=1.05)
+    figure, axes = panels(3, 2, 3.45)
     X = found["position_initial"]
     kept = (X[:, 1] >= 0.0) | (X[:, 2] <= 0.0)
     for row, k in enumerate(range(1, len(found["snapshot_time"]))):
@@ -111,16 +114,16 @@ def cylinder_chapter(campaigns: Campaigns) -> Chapter:
             )
     figure.colorbar(picture, ax=list(axes.ravel()), label="velocity [m/s]", shrink=0.7)
     caption = (
-        "Material points, a quarter of the cylinder cut away, where they were at first (Fig. 4.8) and where they are "
-        "(Fig. 4.9); lumped mass, gamma = 4. The scale is in mm along the axis."
+        "Material points, a quarter of the cylinder cut away, where they were at first (Fig. 4.8) "
+        "and where they are (Fig. 4.9); lumped mass, gamma = 4. The scale is in mm along the axis."
     )
     page.draw("cylinder", "Velocity in the cylinder at three instants", caption, figure, [file])
     files = _along(page, campaigns)
     assert file in files
     page.add(_errors(campaigns, "fig4_9", CYLINDER))
     page.notes.append(
-        "The functions are measured with the deformation gradient of each material point, so that a compression to a "
-        "tenth along one axis leaves a point the neighbours that it had."
+        "The functions are measured with the deformation gradient of each material point, so that "
+        "a compression to a tenth along one axis leaves a point the neighbours that it had."
     )
     return page
 
@@ -153,7 +156,7 @@ def _body(axis: Axes, x: np.ndarray, v: np.ndarray) -> Any:
 
 def _along(page: Chapter, campaigns: Campaigns) -> list[str]:
     """Velocity and density of all points of the cylinder over their initial place; the files."""
-    figure, axes = panels(2, 2, height=1.6, sharex=True, sharey="row")
+    figure, axes = panels(2, 2, 3.5, sharex=True, sharey="row")
     files = []
     for column, (name, match) in enumerate(CYLINDER.items()):
         file, found = variables(campaigns, "fig4_9", *FIELDS, **match)
@@ -177,7 +180,7 @@ def _along(page: Chapter, campaigns: Campaigns) -> list[str]:
             if column == 0:
                 axis.set_ylabel(label)
         axes[0, column].set_title(name, pad=3)
-    figure.supxlabel("$X_1$ [mm]", size=8)
+    name_axes(figure, "$X_1$ [mm]")
     caption = "All 14,700 material points at t = 6 L/C over their initial place; black: exact."
     page.draw("along", "Scatter over the cross-sections", caption, figure, files)
     return files
@@ -187,14 +190,13 @@ def _errors(campaigns: Campaigns, campaign: str, shown: dict[str, dict[str, Any]
     """Errors and costs of some runs."""
     rows = []
     for name, match in shown.items():
-        quantities = ("n_nodes", "n_particles", "neighbours_mean", "steps", "solver_time")
-        errors = [cell(campaigns, campaign, quantity, **match) for quantity in (VELOCITY, DENSITY)]
+        errors = quantities(campaigns, campaign, (VELOCITY, DENSITY), **match)
         file, found = variables(campaigns, campaign, "velocity", **match)
         across = Cell(float(np.abs(found["velocity"][-1, :, 1:]).max()), (file,))
-        numbers = [cell(campaigns, campaign, quantity, **match) for quantity in quantities]
-        if isinstance(numbers[2].value, str):  # finite elements do not look for neighbours
-            numbers[2] = Cell("")
-        rows.append([Cell(name), *errors, across, *numbers])
+        costs = quantities(campaigns, campaign, COSTS, **match)
+        if isinstance(costs[2].value, str):  # finite elements do not look for neighbours
+            costs[2] = Cell("")
+        rows.append([Cell(name), *errors, across, *costs])
     columns = [
         "functions",
         "velocity error [m^1.5/s]",

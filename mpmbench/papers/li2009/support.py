@@ -1,12 +1,6 @@
 """What the chapters and claims on Li 2009 share: names of its methods, the exact shock, and a few short cuts."""
 
-from typing import Any
-
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-
-from mpmbench.report import style
 
 VELOCITY, DENSITY = "error_velocity_l2_max", "error_density_l1_max"
 LUMPED = {"mass": "lumped", "method__transfer": "nodal"}
@@ -36,17 +30,3 @@ def exact_shock(X: np.ndarray, t: float) -> dict[str, np.ndarray]:
         / L
         / np.cosh(np.clip(s, -300.0, 300.0)) ** 2,
     }
-
-
-def panels(
-    rows: int, columns: int, height: float = 1.6, **kwargs: Any
-) -> tuple[Figure, np.ndarray]:
-    """A figure two columns wide with panels."""
-    figure = Figure(figsize=(2 * style.COLUMN, 0.3 + height * rows), layout="constrained")
-    return figure, figure.subplots(rows, columns, squeeze=False, **kwargs)
-
-
-def single(height: float = 2.6, width: float = style.COLUMN) -> tuple[Figure, Axes]:
-    """A figure with one panel."""
-    figure = Figure(figsize=(width, height), layout="constrained")
-    return figure, figure.add_subplot()

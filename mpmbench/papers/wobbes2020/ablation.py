@@ -1,13 +1,13 @@
 """From MPM to OTM and from BSMPM to the unified method, one choice at a time."""
 
 import matplotlib
-import numpy as np
 
 from mpmbench.papers.kit import Campaigns, Chapter, cell
-from mpmbench.papers.wobbes2020.support import ERROR, STRESS, ratio, single
+from mpmbench.papers.parts import files_of, numbers, ratio, single
+from mpmbench.papers.wobbes2020.support import ERROR, STRESS
 from mpmbench.report import style
 from mpmbench.report.series import BASIS_NAMES
-from mpmbench.report.tables import Cell, Table
+from mpmbench.report.tables import Cell
 
 START = {
     "method__traction": "last_particle",
@@ -39,8 +39,8 @@ def ablation_chapter(campaigns: Campaigns) -> Chapter:
     """Waterfall of errors, and the effect of each choice alone."""
     page = Chapter("ablation", "Beyond the paper: from MPM to OTM, one choice at a time")
     page.statement = (
-        "The paper: under certain conditions the only difference between the algorithms emerges from the update of the "
-        "basis functions, but this difference is fundamental."
+        "The paper: under certain conditions the only difference between the algorithms emerges "
+        "from the update of the basis functions, but this difference is fundamental."
     )
     path = states()
     figure, axes = single(height=2.9, width=1.5 * style.COLUMN)
@@ -50,7 +50,7 @@ def ablation_chapter(campaigns: Campaigns) -> Chapter:
     for basis in BASES:
         errors = [cell(campaigns, "ablation", ERROR, basis=basis, **state) for _, state in path]
         stresses = [cell(campaigns, "ablation", STRESS, basis=basis, **state) for _, state in path]
-        values = [e.value if isinstance(e.value, float) else np.nan for e in errors]
+        values = numbers(errors)
         name = BASIS_NAMES.get(basis, basis)
         axes.semilogy(range(len(path)), values, color="#999999", lw=0.9, zorder=1)
         for k, value in enumerate(values):
@@ -65,7 +65,7 @@ def ablation_chapter(campaigns: Campaigns) -> Chapter:
         for k, (label, _) in enumerate(path):
             gain = ratio(errors[k], errors[k - 1]) if k else Cell()
             rows.append([Cell(name), Cell(label), errors[k], gain, stresses[k]])
-        files += [file for e in errors for file in e.files]
+        files += files_of(errors)
         alone += _one_undone(campaigns, basis, name)
     axes.set_xticks(range(len(path)), [label.replace(" ", "\n", 1) for label, _ in path])
     axes.set_ylabel("RMS displacement error [m]")
@@ -79,10 +79,10 @@ def ablation_chapter(campaigns: Campaigns) -> Chapter:
         "times the one before",
         "RMS stress error [Pa]",
     ]
-    page.add(Table("waterfall", "Errors along the way", columns, rows, numeric=(2, 3, 4)))
+    page.tabulate("waterfall", "Errors along the way", columns, rows, numeric=(2, 3, 4))
     columns = ["basis", "choice undone", "RMS displacement error [m]", "times the end of the way"]
     title = "The end of the way (OTM; for B-splines the unified method) with one choice undone"
-    page.add(Table("undone", title, columns, alone, numeric=(2, 3)))
+    page.tabulate("undone", title, columns, alone, numeric=(2, 3))
     return page
 
 

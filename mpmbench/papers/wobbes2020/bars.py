@@ -3,16 +3,15 @@
 import numpy as np
 
 from mpmbench.papers.kit import Campaigns, Chapter, cell
+from mpmbench.papers.parts import exact_line, name_axes, tiles
 from mpmbench.papers.wobbes2020.support import (
     ERROR,
     METHODS,
     MOVING,
     STRESS,
     derived,
-    exact_line,
     fields,
     method,
-    panels,
     scatter,
 )
 from mpmbench.report.tables import Cell, Table
@@ -26,12 +25,13 @@ def fig5_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "fig5",
         "Fig. 5: stress in the bar with fixed ends",
-        "The paper: grid crossing causes severe oscillations in the stress of MPM-P1 on 512 nodes. OTM-P1 prevents "
-        "them, but its stress is piecewise constant. The unified method is smooth and accurate on 32 nodes; results "
-        "with max-ent functions are similar and not shown.",
+        "The paper: grid crossing causes severe oscillations in the stress of MPM-P1 on 512 "
+        "nodes. OTM-P1 prevents them, but its stress is piecewise constant. The unified method is "
+        "smooth and accurate on 32 nodes; results with max-ent functions are similar and not "
+        "shown.",
     )
     shown = {"MPM-P1": 511, "OTM-P1": 511, "unified": 31, "OTM-maxent": 31}
-    figure, axes = panels(4, 2)
+    figure, axes = tiles(4, 2)
     errors: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     rows, files = [], []
     for axis, (name, cells) in zip(axes, shown.items(), strict=True):
@@ -57,22 +57,20 @@ def fig5_chapter(campaigns: Campaigns) -> Chapter:
             ]
         )
         rows[-1].append(cell(campaigns, "fig5", "n_cell_crossings", **match))
-    figure.supxlabel("position $x_1$ [m]", size=8)
-    figure.supylabel(r"stress $\sigma$ [Pa]", size=8)
+    name_axes(figure, "position $x_1$ [m]", r"stress $\sigma$ [Pa]")
     page.draw(
         "stress", "Final stress", "Particles, and the exact solution in black.", figure, files
     )
-    figure, axes = panels(len(shown), 2, height=1.3, sharey=False)
+    figure, axes = tiles(len(shown), 2, height=1.3, sharey=False)
     for axis, (name, (x, wrong)) in zip(axes, errors.items(), strict=True):
         scatter(axis, x, wrong, name)
         axis.set_title(f"{name}, {shown[name] + 1} nodes", pad=3)
-    figure.supxlabel("position $x_1$ [m]", size=8)
-    figure.supylabel("error of the stress [Pa]", size=8)
+    name_axes(figure, "position $x_1$ [m]", "error of the stress [Pa]")
     page.draw(
         "error", "Error of the final stress", "Each panel has a scale of its own.", figure, files
     )
     columns = ["method", "nodes", "RMS stress error [Pa]", "largest [Pa]", "cell crossings"]
-    page.add(Table("errors", "Errors of the stress", columns, rows, numeric=(1, 2, 3, 4)))
+    page.tabulate("errors", "Errors of the stress", columns, rows, numeric=(1, 2, 3, 4))
     return page
 
 
@@ -81,9 +79,10 @@ def fig6_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "fig6",
         "Fig. 6: convergence on the bar with fixed ends",
-        "The paper: MPM and OTM with piecewise-linear functions converge with order 2 on coarse grids; on fine ones "
-        "MPM loses it to grid crossing, OTM keeps it until the last refinement. With max-ent functions the order is "
-        "between 1 and 2. BSMPM and the unified method have order 3 until a limiting value is reached.",
+        "The paper: MPM and OTM with piecewise-linear functions converge with order 2 on coarse "
+        "grids; on fine ones MPM loses it to grid crossing, OTM keeps it until the last "
+        "refinement. With max-ent functions the order is between 1 and 2. BSMPM and the unified "
+        "method have order 3 until a limiting value is reached.",
     )
     page.convergence(campaigns["fig6"], (ERROR, STRESS))
     rows = []
@@ -92,17 +91,16 @@ def fig6_chapter(campaigns: Campaigns) -> Chapter:
         counts = [cell(campaigns, "fig6", "n_cell_crossings", **match) for match in grids]
         rows.append([Cell(name), *counts])
     columns = ["method", *(f"{n + 1} nodes" for n in (63, 127, 255, 511))]
-    page.add(
-        Table(
-            "crossings",
-            "Cell crossings of particles during the run",
-            columns,
-            rows,
-            numeric=(1, 2, 3, 4),
-        )
+    page.tabulate(
+        "crossings",
+        "Cell crossings of particles during the run",
+        columns,
+        rows,
+        numeric=(1, 2, 3, 4),
     )
     page.notes.append(
-        "The broken line is the error of the time step alone; orders are read with a step ten times smaller."
+        "The broken line is the error of the time step alone; orders are read with a step ten "
+        "times smaller."
     )
     page.convergence(campaigns["orders"], (ERROR,), prefix="small_step_", where="time step 1e-6 s")
     return page
@@ -113,11 +111,12 @@ def fig7_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "fig7",
         "Fig. 7: stress in the bar with dynamic traction",
-        "The paper: MPM-maxent and BSMPM leave the solution at the right edge. In BSMPM more particles reduce this, "
-        "which suggests quadrature errors; in MPM-maxent the set of functions is incomplete. OTM-P1, OTM-maxent and "
-        "the unified method are significantly more accurate than their MPM counterparts.",
+        "The paper: MPM-maxent and BSMPM leave the solution at the right edge. In BSMPM more "
+        "particles reduce this, which suggests quadrature errors; in MPM-maxent the set of "
+        "functions is incomplete. OTM-P1, OTM-maxent and the unified method are significantly "
+        "more accurate than their MPM counterparts.",
     )
-    figure, axes = panels(len(METHODS), 3, height=1.4)
+    figure, axes = tiles(len(METHODS), 3, height=1.4)
     files = []
     for axis, name in zip(axes, METHODS, strict=True):
         file, found = fields(campaigns, "fig7", *PROFILE, **_as_paper(name))
@@ -126,18 +125,18 @@ def fig7_chapter(campaigns: Campaigns) -> Chapter:
         scatter(axis, x, found["stress"][:, 0, 0], name)
         axis.set_title(name, pad=3)
         files.append(file)
-    figure.supxlabel("position $x_1$ [m]", size=8)
-    figure.supylabel(r"stress $\sigma$ [Pa]", size=8)
+    name_axes(figure, "position $x_1$ [m]", r"stress $\sigma$ [Pa]")
     caption = (
-        "68 cells with 4 particles at t = 0.4 s; methods with fixed nodes carry the load on their last particle. "
-        "Black: exact solution of the nonlinear bar."
+        "68 cells with 4 particles at t = 0.4 s; methods with fixed nodes carry the load on their "
+        "last particle. Black: exact solution of the nonlinear bar."
     )
     page.draw("stress", "Stress in the bar with dynamic traction", caption, figure, files)
     _fig7_edge(page, campaigns)
     page.add(_fig7_errors(campaigns))
     page.notes.append(
-        "The reference is the exact simple wave of the neo-Hookean bar. The paper compares with the linear wave "
-        "equation, whose distance from it is in the column beside. The edge is the last two cells of the bar."
+        "The reference is the exact simple wave of the neo-Hookean bar. The paper compares with "
+        "the linear wave equation, whose distance from it is in the column beside. The edge is the "
+        "last two cells of the bar."
     )
     return page
 
@@ -150,7 +149,7 @@ def _fig7_edge(page: Chapter, campaigns: Campaigns) -> None:
         "BSMPM, 4, load at the end": _as_paper("BSMPM") | {"method__traction": "end_point"},
         "unified, 4 particles per cell": _as_paper("unified"),
     }
-    figure, axes = panels(len(shown), 4, height=1.7)
+    figure, axes = tiles(len(shown), 4, height=1.7)
     files = []
     for axis, (label, match) in zip(axes, shown.items(), strict=True):
         file, found = fields(campaigns, "fig7", *PROFILE, **match)
@@ -160,8 +159,7 @@ def _fig7_edge(page: Chapter, campaigns: Campaigns) -> None:
         scatter(axis, x, found["stress"][near, 0, 0], label.partition(",")[0], size=5.0)
         axis.set_title(label, pad=3, size=7)
         files.append(file)
-    figure.supxlabel("position $x_1$ [m]", size=8)
-    figure.supylabel(r"stress $\sigma$ [Pa]", size=8)
+    name_axes(figure, "position $x_1$ [m]", r"stress $\sigma$ [Pa]")
     caption = "The last six cells of the bar. Unless said otherwise BSMPM carries the load on its last particle."
     page.draw("edge", "The right edge", caption, figure, files)
 
@@ -215,12 +213,13 @@ def fig8_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "fig8",
         "Fig. 8: convergence on the bar with dynamic traction",
-        "The paper: the unified approach and BSMPM have the lowest error and the highest order. All orders are "
-        "slightly lower than expected, because the stress is not smooth.",
+        "The paper: the unified approach and BSMPM have the lowest error and the highest order. "
+        "All orders are slightly lower than expected, because the stress is not smooth.",
     )
     page.convergence(campaigns["fig8"], (ERROR, STRESS))
     page.notes.append(
-        "The stress has a kink at the front of the wave; the sharp orders of the displacement are 5/3 for piecewise "
-        "linear functions and lumped masses, 2 for quadratic ones and about 15/7 for max-ent functions."
+        "The stress has a kink at the front of the wave; the sharp orders of the displacement are "
+        "5/3 for piecewise linear functions and lumped masses, 2 for quadratic ones and about 15/7 "
+        "for max-ent functions."
     )
     return page

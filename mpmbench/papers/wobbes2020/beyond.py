@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 
 from mpmbench.papers.kit import Campaigns, Chapter, MissingRuns, cell, subset
-from mpmbench.papers.wobbes2020.support import ERROR, METHODS, STRESS, method, panels, ratio, single
+from mpmbench.papers.parts import along, files_of, finished, name_axes, ratio, single, ticks, tiles
+from mpmbench.papers.wobbes2020.support import ERROR, METHODS, STRESS, method
 from mpmbench.report import style
 from mpmbench.report.claims import Runs
-from mpmbench.report.tables import Cell, Table
+from mpmbench.report.tables import Cell
 
 PARTICLES = (1, 2, 3, 4, 6, 8, 12, 16)
 AMPLITUDES = (0.005, 0.01, 0.02)
@@ -48,8 +49,8 @@ def large_strain_chapter(campaigns: Campaigns) -> Chapter:
                 ]
             )
     columns = ["methods", "problem", "nodes fixed [m]", "nodes moving [m]", "fixed over moving"]
-    page.add(
-        Table("gain", "What moving nodes gain at large strain", columns, rows, numeric=(2, 3, 4))
+    page.tabulate(
+        "gain", "What moving nodes gain at large strain", columns, rows, numeric=(2, 3, 4)
     )
     return page
 
@@ -59,39 +60,26 @@ def quadrature_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter("quadrature", "Beyond the paper: particles as quadrature points")
     page.statement = "The paper: insufficient accuracy of the numerical integration limits MPM."
     names = [name for name in METHODS if name != "MPM-maxent"]
-    figure, axes = panels(len(names), 3, height=1.5)
+    figure, axes = tiles(len(names), 3, height=1.5)
     rows, files = [], []
     for axis, name in zip(axes, names, strict=True):
         for layout, line in (("midpoint", "-"), ("gauss", "--")):
             match = method(name, problem__particle_layout=layout)
-            errors = [
-                cell(campaigns, "quadrature", ERROR, particles_per_cell=n, **match)
-                for n in PARTICLES
-            ]
-            known = [
-                (n, e.value)
-                for n, e in zip(PARTICLES, errors, strict=True)
-                if isinstance(e.value, float)
-            ]
-            if not known:
-                raise MissingRuns(f"quadrature: no run of {name} with {layout} points has finished")
+            errors = along(campaigns, "quadrature", ERROR, "particles_per_cell", PARTICLES, **match)
+            lack = f"quadrature: no run of {name} with {layout} points has finished"
             look = style.line(METHODS[name]["method"], METHODS[name]["basis"]) | {"linestyle": line}
             look["markerfacecolor"] = look["color"] if layout == "midpoint" else "white"
-            axis.loglog(*zip(*known, strict=True), label=layout, **look)
+            axis.loglog(*finished(PARTICLES, errors, lack), label=layout, **look)
             rows.append([Cell(name), Cell(layout), *errors])
-            files += [file for e in errors for file in e.files]
+            files += files_of(errors)
         axis.set_title(name, pad=3)
-        axis.set_xticks(PARTICLES, [str(n) for n in PARTICLES])
-        axis.minorticks_off()
+        ticks(axis, PARTICLES)
     axes[0].legend()
-    figure.supxlabel("particles per cell", size=8)
-    figure.supylabel("RMS displacement error [m]", size=8)
+    name_axes(figure, "particles per cell", "RMS displacement error [m]")
     caption = "Bar with fixed ends, 16 cells, time step 2e-6 s: midpoints of equal sub-cells and Gauss points."
     page.draw("particles", "Error by number and place of particles", caption, figure, files)
     columns = ["method", "layout", *(f"{n} per cell" for n in PARTICLES)]
-    page.add(
-        Table("particles", "RMS displacement error [m]", columns, rows, numeric=tuple(range(2, 10)))
-    )
+    page.tabulate("particles", "RMS displacement error [m]", columns, rows, numeric=range(2, 10))
     page.convergence(campaigns["quadrature_plate"], (ERROR,), prefix="plate_", where="plate")
     return page
 
@@ -125,32 +113,16 @@ def amplitude_chapter(campaigns: Campaigns) -> Chapter:
     for name in ("mpm", "otm"):
         for k, amplitude in enumerate(AMPLITUDES):
             match = {"method": name, "problem__velocity_amplitude": amplitude}
-            errors = [
-                cell(campaigns, "amplitude_floor", ERROR, resolution=n, **match)
-                for n in FLOOR_CELLS
-            ]
-            crossings = cell(
-                campaigns,
-                "amplitude_floor",
-                "n_cell_crossings",
-                resolution=FLOOR_CELLS[-1],
-                **match,
-            )
-            known = [
-                (n, e.value)
-                for n, e in zip(FLOOR_CELLS, errors, strict=True)
-                if isinstance(e.value, float)
-            ]
-            if not known:
-                raise MissingRuns(
-                    f"amplitude_floor: no run of {name} with {amplitude:g} m/s has finished"
-                )
-            label = f"{name.upper()}, {amplitude:g} m/s"
-            axes.loglog(*zip(*known, strict=True), label=label, **style.line(name, "linear", k))
+            errors = along(campaigns, "amplitude_floor", ERROR, "resolution", FLOOR_CELLS, **match)
+            finest = match | {"resolution": FLOOR_CELLS[-1]}
+            crossings = cell(campaigns, "amplitude_floor", "n_cell_crossings", **finest)
+            lack = f"amplitude_floor: no run of {name} with {amplitude:g} m/s has finished"
+            curve = finished(FLOOR_CELLS, errors, lack)
+            text = f"{name.upper()}, {amplitude:g} m/s"
+            axes.loglog(*curve, label=text, **style.line(name, "linear", k))
             rows.append([Cell(name.upper()), Cell(amplitude), *errors, crossings])
-            files += [file for e in errors for file in e.files]
-    axes.set_xticks(FLOOR_CELLS, [str(n) for n in FLOOR_CELLS])
-    axes.minorticks_off()
+            files += files_of(errors)
+    ticks(axes, FLOOR_CELLS)
     axes.set_xlabel("cells along the reference length")
     axes.set_ylabel("RMS displacement error [m]")
     axes.legend(fontsize=6)
@@ -162,9 +134,7 @@ def amplitude_chapter(campaigns: Campaigns) -> Chapter:
         *(f"{n} cells" for n in FLOOR_CELLS),
         f"crossings, {FLOOR_CELLS[-1]} cells",
     ]
-    page.add(
-        Table("errors", "RMS displacement error [m]", columns, rows, numeric=tuple(range(1, 7)))
-    )
+    page.tabulate("errors", "RMS displacement error [m]", columns, rows, numeric=range(1, 7))
     page.notes.append(floor_sentence(campaigns))
     return page
 
@@ -194,7 +164,7 @@ def floor_sentence(campaigns: Campaigns) -> str:
     """What the table says."""
     exponent, of_mpm, of_otm = floor_growth(campaigns)
     return (
-        f"From {FLOOR_CELLS[-2]} to {FLOOR_CELLS[-1]} cells the slope of MPM at {AMPLITUDES[-1]:g} m/s is "
-        f"{of_mpm:.2f}, that of OTM {of_otm:.2f}; the error of MPM on the finest grid grows with the amplitude to "
-        f"the power {exponent:.2f}."
+        f"From {FLOOR_CELLS[-2]} to {FLOOR_CELLS[-1]} cells the slope of MPM at {AMPLITUDES[-1]:g} "
+        f"m/s is {of_mpm:.2f}, that of OTM {of_otm:.2f}; the error of MPM on the finest grid grows "
+        f"with the amplitude to the power {exponent:.2f}."
     )

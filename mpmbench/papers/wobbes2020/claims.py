@@ -29,8 +29,8 @@ def grid_crossing(runs: Runs) -> Answer:
         runs.number("fig6", "n_cell_crossings", **method("MPM-P1", resolution=n)) for n in (63, 511)
     ]
     because = (
-        f"MPM-P1 has slope {before:.2f} from 16 to 64 nodes ({crossings[0]:g} crossings at 64) and {after:.2f} from "
-        f"128 to 512 ({crossings[1]:g} at 512); OTM-P1 has {otm:.2f} there"
+        f"MPM-P1 has slope {before:.2f} from 16 to 64 nodes ({crossings[0]:g} crossings at 64) and "
+        f"{after:.2f} from 128 to 512 ({crossings[1]:g} at 512); OTM-P1 has {otm:.2f} there"
     )
     lost = before > 1.8 and after < 1.0 and otm > 1.7 and crossings[0] == 0 < crossings[1]
     if not lost:
@@ -48,8 +48,9 @@ def grid_crossing(runs: Runs) -> Answer:
     ]
     if max(inside) == 0 and of_mpm < 1.0 < of_otm:
         because += (
-            f". But crossing is not the only cause: without any, MPM-P1 has a floor (slope {of_mpm:.2f}, growing "
-            f"with the amplitude to the power {exponent:.1f}), OTM-P1 has none"
+            ". But crossing is not the only cause: without any, MPM-P1 has a floor (slope "
+            f"{of_mpm:.2f}, growing with the amplitude to the power {exponent:.1f}), OTM-P1 has "
+            "none"
         )
     return HOLDS, because
 
@@ -77,8 +78,8 @@ def maxent_order(runs: Runs) -> Answer:
     ]
     lumped = runs.order("orders", ERROR, **METHODS["MPM-maxent"], mass="lumped")
     because = (
-        f"with consistent mass p = {_words(consistent[0])} (MPM) and {_words(consistent[1])} (OTM), with lumped mass "
-        f"{_words(lumped)} (MPM)"
+        f"with consistent mass p = {_words(consistent[0])} (MPM) and {_words(consistent[1])} "
+        f"(OTM), with lumped mass {_words(lumped)} (MPM)"
     )
     if all(_reads_as(order, 1.0, 2.0) for order in consistent):
         return HOLDS, because
@@ -93,9 +94,10 @@ def spline_order(runs: Runs) -> Answer:
     limits = [runs.number("fig6", ERROR, **method(name, resolution=511)) for name in names]
     floor = runs.number("fig6", "predicted_temporal_floor", **method("unified", resolution=511))
     because = (
-        f"with consistent mass p = {_words(consistent[0])} (BSMPM) and {_words(consistent[1])} (unified), with lumped "
-        f"mass {_words(lumped[0])} and {_words(lumped[1])}; on 512 nodes the errors are {limits[0]:.3g} and "
-        f"{limits[1]:.3g} m, and the time step alone makes {floor:.3g} m"
+        f"with consistent mass p = {_words(consistent[0])} (BSMPM) and {_words(consistent[1])} "
+        f"(unified), with lumped mass {_words(lumped[0])} and {_words(lumped[1])}; on 512 nodes "
+        f"the errors are {limits[0]:.3g} and {limits[1]:.3g} m, and the time step alone makes "
+        f"{floor:.3g} m"
     )
     limited = all(limit < 1.5 * floor for limit in limits)
     third = [all(_reads_as(order, 2.8, 3.2) for order in orders) for orders in (consistent, lumped)]
@@ -117,8 +119,9 @@ def splines_inconsistent(runs: Runs) -> Answer:
         for transfer in ("position_difference", "flip")
     )
     because = (
-        f"with the degrees of freedom at the Greville abscissae Algorithm 2 runs with quadratic B-splines and gives "
-        f"{otm:.4g} m on the bar with traction, the unified method {unified:.4g} m"
+        "with the degrees of freedom at the Greville abscissae Algorithm 2 runs with quadratic "
+        f"B-splines and gives {otm:.4g} m on the bar with traction, the unified method "
+        f"{unified:.4g} m"
     )
     return (FAILS if otm < 1.02 * unified else HOLDS), because
 
@@ -149,10 +152,11 @@ def stays_stable(runs: Runs) -> Answer:
     ]
     lost = {name: len(survived) - sum(survived) for name, survived in ends.items()}
     because = (
-        f"BSMPM breaks down in {lost['BSMPM 81']} of {len(ends['BSMPM 81'])} set-ups that count as 81 nodes and in "
-        f"{lost['BSMPM 85']} of {len(ends['BSMPM 85'])} with 85, the unified method in "
-        f"{lost['unified 81'] + lost['unified 85']} of all; with degrees of freedom below 1e-6 particle masses left "
-        f"out BSMPM breaks down in {cut.count('broke_down') + cut.count('diverged')} of {len(cut)}"
+        f"BSMPM breaks down in {lost['BSMPM 81']} of {len(ends['BSMPM 81'])} set-ups that count as "
+        f"81 nodes and in {lost['BSMPM 85']} of {len(ends['BSMPM 85'])} with 85, the unified "
+        f"method in {lost['unified 81'] + lost['unified 85']} of all; with degrees of freedom "
+        "below 1e-6 particle masses left out BSMPM breaks down in "
+        f"{cut.count('broke_down') + cut.count('diverged')} of {len(cut)}"
     )
     if lost["unified 81"] or lost["unified 85"] or not lost["BSMPM 81"]:
         return FAILS, because
@@ -165,8 +169,9 @@ def edge_quadrature(runs: Runs) -> Answer:
     few, many = (_fig7(runs, "BSMPM", "last_particle", STRESS, n) for n in (4, 16))
     moved = _fig7(runs, "BSMPM", "end_point", STRESS, 4)
     because = (
-        f"BSMPM, RMS stress error: {few:.3g} Pa with 4 particles per cell, {many:.3g} Pa with 16, but {moved:.3g} Pa "
-        "with 4 and the load at the end of the bar instead of the last particle, half a particle spacing inside"
+        f"BSMPM, RMS stress error: {few:.3g} Pa with 4 particles per cell, {many:.3g} Pa with 16, "
+        f"but {moved:.3g} Pa with 4 and the load at the end of the bar instead of the last "
+        "particle, half a particle spacing inside"
     )
     return (FAILS if moved < many else HOLDS), because
 
@@ -216,10 +221,11 @@ def unified_best(runs: Runs) -> Answer:
     steepest = max(slopes[name] for name in ("unified", "BSMPM")) >= max(slopes.values())
     best = {traction: ", ".join(map(str, cells)) for traction, cells in first.items()}
     because = (
-        f"the unified method or BSMPM has the lowest error on {best.get('last_particle', 'none')} of 16, 32, 64, "
-        f"128, 256 cells when MPM carries the load on its last particle, on {best.get('end_point', 'none')} when at "
-        f"the end; mean slopes are {slopes['unified']:.2f} (unified), {slopes['BSMPM']:.2f} (BSMPM), "
-        f"{slopes['OTM-maxent']:.2f} (OTM-maxent), {slopes['MPM-maxent']:.2f} (MPM-maxent)"
+        f"the unified method or BSMPM has the lowest error on {best.get('last_particle', 'none')} "
+        "of 16, 32, 64, 128, 256 cells when MPM carries the load on its last particle, on "
+        f"{best.get('end_point', 'none')} when at the end; mean slopes are {slopes['unified']:.2f} "
+        f"(unified), {slopes['BSMPM']:.2f} (BSMPM), {slopes['OTM-maxent']:.2f} (OTM-maxent), "
+        f"{slopes['MPM-maxent']:.2f} (MPM-maxent)"
     )
     everywhere = [len(first.get(traction, [])) == 5 for traction in ("last_particle", "end_point")]
     if all(everywhere) and steepest:
@@ -257,8 +263,8 @@ def _cheaper(runs: Runs, campaign: str, factor: float, where: dict[str, int]) ->
         search: " and ".join(f"{gain:.1f}" for gain in found) for search, found in gains.items()
     }
     because = (
-        f"max-ent takes {texts['all']} times (MPM, OTM) as long as B-splines when it searches among all nodes, "
-        f"{texts['local']} times when among near ones"
+        f"max-ent takes {texts['all']} times (MPM, OTM) as long as B-splines when it searches "
+        f"among all nodes, {texts['local']} times when among near ones"
     )
     enough = {search: min(found) >= factor for search, found in gains.items()}
     if enough["local"] and enough["all"]:

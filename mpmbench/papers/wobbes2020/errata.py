@@ -7,10 +7,11 @@ from matplotlib.figure import Figure
 
 from mpmbench.analysis.convergence import OrderEstimate, estimate_order, order_with_interval
 from mpmbench.papers.kit import Campaigns, Chapter
-from mpmbench.papers.wobbes2020.support import ERROR, fields, panels
+from mpmbench.papers.parts import name_axes, ticks, tiles
+from mpmbench.papers.wobbes2020.support import ERROR, fields
 from mpmbench.report import style
 from mpmbench.report.claims import Runs
-from mpmbench.report.tables import Cell, Table
+from mpmbench.report.tables import Cell
 
 CELLS = (8, 16, 32, 64)
 STEP = {"time_step": 1e-6}
@@ -125,7 +126,8 @@ def errata_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "errata",
         "The equations as printed, and the order of max-ent",
-        "The paper: with max-ent functions the order is between 1 and 2, with B-splines it is 3 (Fig. 6).",
+        "The paper: with max-ent functions the order is between 1 and 2, with B-splines it is 3 "
+        "(Fig. 6).",
     )
     everything = [(name, what, variant_errors(campaigns, match)) for name, what, match in VARIANTS]
     for name, match in NORMS.items():
@@ -155,8 +157,8 @@ def errata_chapter(campaigns: Campaigns) -> Chapter:
         if not name.startswith("unified") and between_one_and_two(found):
             explains.append(f"{name} ({slopes})")
     caption = (
-        "Letters are those of the table. Full lines: corrected equations; broken lines: one thing changed; dots: the "
-        "norm of Eq. 102, in m^(1/2)."
+        "Letters are those of the table. Full lines: corrected equations; broken lines: one thing "
+        "changed; dots: the norm of Eq. 102, in m^(1/2)."
     )
     files = campaigns["errata"].runs.index
     page.draw(
@@ -171,10 +173,8 @@ def errata_chapter(campaigns: Campaigns) -> Chapter:
         "order",
         "verdict",
     ]
-    page.add(
-        Table(
-            "orders", "Errors [m] and orders of the variants", columns, rows, numeric=(3, 4, 5, 6)
-        )
+    page.tabulate(
+        "orders", "Errors [m] and orders of the variants", columns, rows, numeric=(3, 4, 5, 6)
     )
     page.notes += conclusions({name: errors for name, _, errors in everything}, explains)
     return page
@@ -182,7 +182,7 @@ def errata_chapter(campaigns: Campaigns) -> Chapter:
 
 def _curves(everything: list[tuple[str, str, list[Cell]]]) -> Figure:
     """Max-ent and B-spline variants side by side, each curve with its letter at its end."""
-    figure, (left, right) = panels(2, 2, height=3.2)
+    figure, (left, right) = tiles(2, 2, height=3.2)
     ends: dict[bool, list[tuple[float, str]]] = {False: [], True: []}
     for letter, (name, what, errors) in zip(LETTERS, everything, strict=False):
         splines = name.startswith("unified")
@@ -202,10 +202,8 @@ def _curves(everything: list[tuple[str, str, list[Cell]]]) -> Figure:
     for axes, title in ((left, "max-ent functions, OTM"), (right, "B-splines, unified method")):
         axes.set_title(title, pad=3)
         axes.set_xlim(CELLS[0] / 1.2, CELLS[-1] * 2.0)
-        axes.set_xticks(CELLS, [str(n) for n in CELLS])
-        axes.minorticks_off()
-    figure.supxlabel("cells along the reference length", size=8)
-    figure.supylabel("RMS displacement error [m]", size=8)
+        ticks(axes, CELLS)
+    name_axes(figure, "cells along the reference length", "RMS displacement error [m]")
     return figure
 
 
@@ -232,24 +230,28 @@ def conclusions(errors: dict[str, list[Cell]], explains: list[str]) -> list[str]
     notes = []
     if explains:
         notes.append(
-            f"Max-ent functions come out with a mean slope between 1 and 2 by: {'; '.join(explains)}."
+            "Max-ent functions come out with a mean slope between 1 and 2 by: "
+            f"{'; '.join(explains)}."
         )
     printed = [slopes["Eq. 84, sign of A"], slopes["Eq. 84 as printed"]]
     if max(printed) < 0.3:
         notes.append(
-            f"The gradient of Eqs. 84 and 86 as printed is no explanation: the mean slopes are {printed[0]:.2f} and "
-            f"{printed[1]:.2f}, nothing converges. Its overall sign hardly matters, because it enters stress and force."
+            "The gradient of Eqs. 84 and 86 as printed is no explanation: the mean slopes are "
+            f"{printed[0]:.2f} and {printed[1]:.2f}, nothing converges. Its overall sign hardly "
+            "matters, because it enters stress and force."
         )
     volumes, larger = (errors[f"unified, Eq. 99{more}"][-1].value for more in ("", ", larger step"))
     if volumes > 3.0 * larger:
         notes.append(
-            f"Volumes that multiply (Eq. 99) leave an error that grows with the number of steps: {larger:.2g} m with "
-            f"steps of 1e-5 s and {volumes:.2g} m with 1e-6 s on the finest grid."
+            "Volumes that multiply (Eq. 99) leave an error that grows with the number of steps: "
+            f"{larger:.2g} m with steps of 1e-5 s and {volumes:.2g} m with 1e-6 s on the finest "
+            "grid."
         )
     diffused = errors["lumped, Algorithm 2"][-1].value
     if diffused > 3.0 * errors["lumped, Algorithm 2, larger step"][-1].value:
         notes.append(
-            "Lumped mass in Algorithm 2 is a PIC transfer in every step: it diffuses with h^2/(6 dt), so that smaller "
-            f"steps are worse ({diffused:.2g} m with steps of 1e-6 s on the finest grid)."
+            "Lumped mass in Algorithm 2 is a PIC transfer in every step: it diffuses with h^2/(6 "
+            f"dt), so that smaller steps are worse ({diffused:.2g} m with steps of 1e-6 s on the "
+            "finest grid)."
         )
     return notes

@@ -6,20 +6,19 @@ from typing import Any
 import numpy as np
 
 from mpmbench.papers.kit import Campaigns, Chapter, cell, study_of
+from mpmbench.papers.parts import exact_line, name_axes, quantities, tiles
 from mpmbench.papers.wobbes2020.support import (
     ERROR,
     RELATIVE,
     RELATIVE_STRESS,
     STRESS,
     derived,
-    exact_line,
     fields,
     method,
-    panels,
     scatter,
 )
 from mpmbench.report import figures, tables
-from mpmbench.report.tables import Cell, Table
+from mpmbench.report.tables import Cell
 
 ROW = 0.07  # height of the row of particles that Fig. 9 shows [m]
 SHOWN: dict[str, dict[str, Any]] = {
@@ -42,12 +41,12 @@ def fig9_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "fig9",
         "Fig. 9: stress in the plate in axis-aligned motion",
-        "The paper: with piecewise-linear functions the stress is piecewise constant, and in MPM it deviates by grid "
-        "crossing. Max-ent functions (supports of 3 node spacings with MPM, of 2 with OTM) are considerably more "
-        "accurate; the unified approach and BSMPM are smoother still and in close agreement with the analytical "
-        "solution.",
+        "The paper: with piecewise-linear functions the stress is piecewise constant, and in MPM "
+        "it deviates by grid crossing. Max-ent functions (supports of 3 node spacings with MPM, "
+        "of 2 with OTM) are considerably more accurate; the unified approach and BSMPM are "
+        "smoother still and in close agreement with the analytical solution.",
     )
-    figure, axes = panels(len(SHOWN), 3, height=1.4)
+    figure, axes = tiles(len(SHOWN), 3, height=1.4)
     files = []
     for axis, (name, match) in zip(axes, SHOWN.items(), strict=True):
         file, found = fields(
@@ -61,19 +60,17 @@ def fig9_chapter(campaigns: Campaigns) -> Chapter:
         scatter(axis, x, 1e-3 * found["stress"][order, 0, 0], name)
         axis.set_title(name, pad=3)
         files.append(file)
-    figure.supxlabel("position $x_1$ [m]", size=8)
-    figure.supylabel(r"stress $\sigma_{11}$ [kPa]", size=8)
+    name_axes(figure, "position $x_1$ [m]", r"stress $\sigma_{11}$ [kPa]")
     caption = (
-        f"Particles that started nearest to x2 = {ROW} m, on 33 x 33 nodes; black: exact solution. Supports of max-ent "
-        "functions are 2 node spacings; 3 with MPM, as in the paper, are in the table."
+        f"Particles that started nearest to x2 = {ROW} m, on 33 x 33 nodes; black: exact solution. "
+        "Supports of max-ent functions are 2 node spacings; 3 with MPM, as in the paper, are in "
+        "the table."
     )
     page.draw("stress", "Normal stress along the plate", caption, figure, files)
     rows = []
     for name, match in {**SHOWN, **WIDE}.items():
-        found_cells = [
-            cell(campaigns, "fig9", q, **match) for q in (ERROR, RELATIVE, STRESS, RELATIVE_STRESS)
-        ]
-        rows.append([Cell(name), *found_cells, first_component(campaigns, match)])
+        errors = quantities(campaigns, "fig9", (ERROR, RELATIVE, STRESS, RELATIVE_STRESS), **match)
+        rows.append([Cell(name), *errors, first_component(campaigns, match)])
     columns = [
         "method",
         "RMS displacement error [m]",
@@ -82,7 +79,7 @@ def fig9_chapter(campaigns: Campaigns) -> Chapter:
         "relative",
     ]
     columns.append("relative, first component alone")
-    page.add(Table("errors", "Errors on 33 x 33 nodes", columns, rows, numeric=tuple(range(1, 6))))
+    page.tabulate("errors", "Errors on 33 x 33 nodes", columns, rows, numeric=range(1, 6))
     return page
 
 
@@ -105,7 +102,8 @@ def plate_orders_chapter(campaigns: Campaigns) -> Chapter:
     page.statement = "The paper shows one resolution."
     page.convergence(campaigns["plate_orders"], (ERROR, STRESS))
     page.notes.append(
-        "The chapter on particles as quadrature points shows what the 4 x 4 midpoints in each cell cost."
+        "The chapter on particles as quadrature points shows what the 4 x 4 midpoints in each cell "
+        "cost."
     )
     large = campaigns["time_step_plate"]
     study = study_of(large)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from mpmbench.papers.kit import Campaigns, Chapter, cell
+from mpmbench.papers.parts import along
 from mpmbench.papers.wobbes2020.plate import first_component
 from mpmbench.papers.wobbes2020.support import ERROR, METHODS, RELATIVE, RELATIVE_STRESS, method
 from mpmbench.report.tables import Cell, Table
@@ -107,7 +108,7 @@ def references_chapter(campaigns: Campaigns) -> Chapter:
         "Errors are RMS displacement errors [m] unless they are called relative; prototype values "
         "have 3 or 4 digits."
     )
-    page.add(Table("values", "Reference values", columns, rows, note, (2, 3, 4)))
+    page.tabulate("values", "Reference values", columns, rows, numeric=(2, 3, 4), note=note)
     page.notes.append(
         f"{len(VALUES) - len(apart)} of {len(VALUES)} values agree."
         + (f" Apart: {'; '.join(apart)}." if apart else "")
@@ -128,8 +129,9 @@ def _erratum(campaigns: Campaigns) -> list[str]:
         return []
     if abs(first.value - 5.96e-4) < abs(whole.value - 5.96e-4):
         return [
-            f"The prototype's 5.96e-4 for the stress of OTM-maxent in 8.3 is the relative error of the first component "
-            f"alone (here {first.value:.3g}); the norm over all components in the plane is {whole.value:.3g}."
+            "The prototype's 5.96e-4 for the stress of OTM-maxent in 8.3 is the relative error of "
+            f"the first component alone (here {first.value:.3g}); the norm over all components in "
+            f"the plane is {whole.value:.3g}."
         ]
     return []
 
@@ -137,7 +139,7 @@ def _erratum(campaigns: Campaigns) -> list[str]:
 def _local_orders(campaigns: Campaigns) -> Table:
     rows = []
     for what, campaign, match, expected in ORDERS:
-        errors = [cell(campaigns, campaign, ERROR, resolution=n, **match) for n in GRIDS]
+        errors = along(campaigns, campaign, ERROR, "resolution", GRIDS, **match)
         row = [Cell(what)]
         for k, order in enumerate(expected):
             pair = errors[k : k + 2]

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from mpmbench.papers.kit import Campaigns, variables
 from mpmbench.report import style
@@ -23,7 +22,6 @@ METHODS: dict[str, dict[str, Any]] = {
     "unified": {"method": "unified", "basis": "bspline"},
 }
 MASS = {"MPM-P1": "lumped"}  # all others consistent
-MOST_POINTS = 400
 MOVING = ("OTM-P1", "OTM-maxent", "unified")
 
 
@@ -45,37 +43,6 @@ def fields(
 def derived(value: float | str, *files: str) -> Cell:
     """A cell computed from the fields of some files."""
     return Cell(value, tuple(dict.fromkeys(files)))
-
-
-def ratio(above: Cell, below: Cell) -> Cell:
-    """Quotient of two cells, empty unless both are numbers."""
-    known = isinstance(above.value, float) and isinstance(below.value, float) and below.value > 0
-    return Cell(above.value / below.value, above.files + below.files) if known else Cell()
-
-
-def panels(
-    count: int, columns: int, height: float = 1.5, sharey: bool = True
-) -> tuple[Figure, list[Axes]]:
-    """A figure two columns wide with panels that share their axes."""
-    rows = -(-count // columns)
-    figure = Figure(figsize=(2 * style.COLUMN, 0.35 + height * rows), layout="constrained")
-    grid = figure.subplots(rows, columns, sharex=True, sharey=sharey, squeeze=False)
-    flat = list(grid.ravel())
-    for empty in flat[count:]:
-        empty.remove()
-    return figure, flat[:count]
-
-
-def single(height: float = 2.6, width: float = style.COLUMN) -> tuple[Figure, Axes]:
-    """A figure with one panel."""
-    figure = Figure(figsize=(width, height), layout="constrained")
-    return figure, figure.add_subplot()
-
-
-def exact_line(axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
-    """The exact solution in black, with no more points than can be seen."""
-    order = np.argsort(x)[:: max(1, len(x) // MOST_POINTS)]
-    axes.plot(x[order], y[order], label="exact", **style.EXACT)
 
 
 def scatter(axes: Axes, x: np.ndarray, y: np.ndarray, name: str, size: float = 2.0) -> None:

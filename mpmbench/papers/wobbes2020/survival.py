@@ -5,8 +5,9 @@ import pandas as pd
 from matplotlib.colors import BoundaryNorm
 
 from mpmbench.papers.kit import Campaigns, Chapter, MissingRuns, cell
+from mpmbench.papers.parts import numbers, single
 from mpmbench.papers.wobbes2020 import spectra
-from mpmbench.papers.wobbes2020.support import ERROR, METHODS, single
+from mpmbench.papers.wobbes2020.support import ERROR, METHODS
 from mpmbench.report.series import series_name
 from mpmbench.report.tables import Cell, Table
 from mpmbench.results.records import Campaign
@@ -28,8 +29,9 @@ def breakdown_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "breakdown",
         "Sect. 8.2: break-down with consistent mass",
-        "The paper: when a material point enters an empty element, BSMPM inherits stability issues from MPM: changing "
-        "the total number of nodes to 81 results in a termination after 0.3 s. The unified method stays stable.",
+        "The paper: when a material point enters an empty element, BSMPM inherits stability "
+        "issues from MPM: changing the total number of nodes to 81 results in a termination after "
+        "0.3 s. The unified method stays stable.",
     )
     rows, times = [], []
     for name in ("BSMPM", "MPM-maxent", "unified"):
@@ -37,9 +39,7 @@ def breakdown_chapter(campaigns: Campaigns) -> Chapter:
             for layout, place in LAYOUTS.items():
                 line = [_end(campaigns, name, sign, layout, cells) for cells in NODES]
                 rows.append([Cell(name), Cell(motion), Cell(place), *line])
-                times.append(
-                    [value.value if isinstance(value.value, float) else np.nan for value in line]
-                )
+                times.append(numbers(line))
     figure, axes = single(height=3.4, width=6.4)
     levels = BoundaryNorm([0.2, 0.25, 0.3, 0.35, 0.4], 256)
     shades = np.array(times)
@@ -73,12 +73,13 @@ def breakdown_chapter(campaigns: Campaigns) -> Chapter:
         *(f"{cells} cells, {what}" for cells, what in NODES.items()),
     ]
     title = "Time of break-down [s]; empty: survives until 0.4 s"
-    page.add(Table("times", title, columns, rows, numeric=tuple(range(3, 8))))
+    page.tabulate("times", title, columns, rows, numeric=range(3, 8))
     page.add(_cutoffs(campaigns))
     page.notes.append(
-        "When the last active function is seen by one particle near the edge of its support, its mass goes with the "
-        "fourth power of the distance from there. The second table leaves out degrees of freedom with too little "
-        "mass: how little is a matter of stability and of accuracy. The unified method has no empty cells."
+        "When the last active function is seen by one particle near the edge of its support, its "
+        "mass goes with the fourth power of the distance from there. The second table leaves out "
+        "degrees of freedom with too little mass: how little is a matter of stability and of "
+        "accuracy. The unified method has no empty cells."
     )
     return page
 
@@ -166,9 +167,10 @@ def stability_table(campaign: Campaign) -> Table:
     columns = ["method", "mass", "discrete system", "infinite grid", "stable", "unstable"]
     columns += ["found over discrete system", "found over infinite grid"]
     note = (
-        "Steps times c/h. Discrete system: 2 over its highest frequency, boundaries included, as `time_step=auto` "
-        "takes it. Infinite grid: von Neumann analysis of the whole step, with the projection of the velocity that "
-        "lumping brings; the open ends of splines and few particles shift the limits."
+        "Steps times c/h. Discrete system: 2 over its highest frequency, boundaries included, as "
+        "`time_step=auto` takes it. Infinite grid: von Neumann analysis of the whole step, with "
+        "the projection of the velocity that lumping brings; the open ends of splines and few "
+        "particles shift the limits."
     )
     return Table(
         "stability",
@@ -190,8 +192,9 @@ def stability_sentences(table: Table) -> list[str]:
         )
         if discrete:
             notes.append(
-                f"With {mass} mass the limits found are {min(discrete):.3f} to {max(discrete):.3f} times those of the "
-                f"discrete system and {min(infinite):.3f} to {max(infinite):.3f} times those on an infinite grid."
+                f"With {mass} mass the limits found are {min(discrete):.3f} to {max(discrete):.3f} "
+                f"times those of the discrete system and {min(infinite):.3f} to "
+                f"{max(infinite):.3f} times those on an infinite grid."
             )
     return notes
 

@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 
 from mpmbench.papers.kit import Campaigns, Chapter, subset
-from mpmbench.papers.wobbes2020.support import METHODS, TIME, method, single
+from mpmbench.papers.parts import single
+from mpmbench.papers.wobbes2020.support import METHODS, TIME, method
 from mpmbench.report import figures, style
 from mpmbench.report.tables import Cell, Table
 from mpmbench.results.records import Campaign, open_result
@@ -57,74 +58,82 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter(
         "table1",
         "Table 1: computational times",
-        "The paper: on the coarse grid the methods based on MPM are faster than those based on OTM; on the fine one "
-        "the functions decide, and B-splines need less than half the time of max-ent functions. The max-ent "
-        "computations were made without a search algorithm.",
+        "The paper: on the coarse grid the methods based on MPM are faster than those based on "
+        "OTM; on the fine one the functions decide, and B-splines need less than half the time of "
+        "max-ent functions. The max-ent computations were made without a search algorithm.",
     )
+    _ratios(page, campaign)
+    page.add(_seconds(campaign))
+    return page
+
+
+def variants() -> list[tuple[str, str, str]]:
+    """Label, method and search of everything that was timed."""
+    return [
+        (name + (", search among all nodes" if search == "all" else ""), name, search)
+        for name in METHODS
+        for search in (("local", "all") if METHODS[name]["basis"] == "maxent" else ("local",))
+    ]
+
+
+def _ratios(page: Chapter, campaign: Campaign) -> None:
+    """Times over those of linear MPM, as a table and as a figure, with the paper's."""
     rows = []
     figure, axes = single(height=2.5, width=1.5 * style.COLUMN)
-    for k, name in enumerate(PAPER[31]):
-        searches = ("local", "all") if METHODS[name]["basis"] == "maxent" else ("local",)
-        for search in searches:
-            label = name + (", search among all nodes" if search == "all" else "")
-            row = [Cell(label)]
-            for panel, cells in enumerate(CELLS):
-                paper = PAPER[cells][name] if search == searches[-1] else float("nan")
-                found, files = ratios(campaign, name, cells, search)
-                middle, low, high = float(np.median(found)), float(found.min()), float(found.max())
-                row += [Cell(paper), Cell(middle, files), Cell(f"{low:.2f} to {high:.2f}", files)]
-                y = k + (0.2 if panel else -0.2) + (0.12 if search == "all" else 0.0)
-                colour = style.colour(METHODS[name]["method"])
-                look: dict[str, Any] = {
-                    "marker": "os"[panel],
-                    "color": colour,
-                    "markerfacecolor": "white" if search == "all" else colour,
-                }
-                axes.errorbar(
-                    middle, y, xerr=[[middle - low], [high - middle]], capsize=2, lw=1, **look
-                )
-                if np.isfinite(paper):
-                    axes.plot(paper, y, marker="x", color="black", ms=4)
-            rows.append(row)
+    order = list(PAPER[31])
+    for label, name, search in variants():
+        if name not in order:
+            continue
+        everywhere = search == "all" or METHODS[name]["basis"] != "maxent"
+        row = [Cell(label)]
+        for panel, cells in enumerate(CELLS):
+            paper = PAPER[cells][name] if everywhere else float("nan")
+            found, files = ratios(campaign, name, cells, search)
+            middle, low, high = float(np.median(found)), float(found.min()), float(found.max())
+            row += [Cell(paper), Cell(middle, files), Cell(f"{low:.2f} to {high:.2f}", files)]
+            y = order.index(name) + (0.2 if panel else -0.2) + (0.12 if search == "all" else 0.0)
+            colour = style.colour(METHODS[name]["method"])
+            face = "white" if search == "all" else colour
+            look: dict[str, Any] = {"color": colour, "markerfacecolor": face, "capsize": 2, "lw": 1}
+            spread = [[middle - low], [high - middle]]
+            axes.errorbar(middle, y, xerr=spread, marker="os"[panel], **look)
+            if np.isfinite(paper):
+                axes.plot(paper, y, marker="x", color="black", ms=4)
+        rows.append(row)
     axes.set_xscale("log")
-    axes.set_yticks(range(len(PAPER[31])), list(PAPER[31]))
+    axes.set_yticks(range(len(order)), order)
     axes.invert_yaxis()
     figures.log_ticks(axes.xaxis, span=100.0)
     axes.set_xlabel("solver time over that of MPM-P1")
-    files = tuple(campaign.runs.index)
     caption = (
-        "Circles: 32 nodes, squares: 512 nodes; filled: search among near nodes, white: among all nodes; bars: "
-        "smallest and largest repeat; crosses: the paper."
+        "Circles: 32 nodes, squares: 512 nodes; filled: search among near nodes, white: among all "
+        "nodes; bars: smallest and largest repeat; crosses: the paper."
     )
-    page.draw("ratios", "Times over those of linear MPM", caption, figure, files)
+    page.draw("ratios", "Times over those of linear MPM", caption, figure, campaign.runs.index)
     columns = ["method"]
     for nodes in CELLS.values():
         columns += [f"{nodes}: paper", "here", "range"]
     note = (
-        "Medians over repeats that take turns, and the smallest and largest quotient; compiling is not counted. "
-        "Absolute times of MPM-P1 are in the next table."
+        "Medians over repeats that take turns, and the smallest and largest quotient; compiling is "
+        "not counted. Absolute times of MPM-P1 are in the next table."
     )
-    page.add(
-        Table("ratios", "Solver time over that of MPM-P1", columns, rows, note, tuple(range(1, 7)))
-    )
-    page.add(_seconds(campaign))
-    return page
+    title = "Solver time over that of MPM-P1"
+    page.tabulate("ratios", title, columns, rows, numeric=range(1, 7), note=note)
 
 
 def _seconds(campaign: Campaign) -> Table:
     """Medians in seconds, per step and particle."""
     rows = []
-    for name in METHODS:
-        for search in ("local", "all") if METHODS[name]["basis"] == "maxent" else ("local",):
-            row = [Cell(name + (", search among all nodes" if search == "all" else ""))]
-            for cells in CELLS:
-                more = {"basis__search": search} if METHODS[name]["basis"] == "maxent" else {}
-                runs = subset(campaign, **method(name), resolution=cells, status="ok", **more).runs
-                files = tuple(map(str, runs.index))
-                work = float((runs.steps * runs.n_particles).median())
-                seconds = float(runs[TIME].median())
-                row += [Cell(seconds, files), Cell(1e9 * seconds / work, files)]
-            rows.append(row)
+    for label, name, search in variants():
+        row = [Cell(label)]
+        for cells in CELLS:
+            more = {"basis__search": search} if METHODS[name]["basis"] == "maxent" else {}
+            runs = subset(campaign, **method(name), resolution=cells, status="ok", **more).runs
+            files = tuple(map(str, runs.index))
+            work = float((runs.steps * runs.n_particles).median())
+            seconds = float(runs[TIME].median())
+            row += [Cell(seconds, files), Cell(1e9 * seconds / work, files)]
+        rows.append(row)
     columns = ["method"]
     for nodes in CELLS.values():
         columns += [f"{nodes} [s]", "per particle and step [ns]"]
