@@ -35,7 +35,7 @@ def find(name: str) -> Paper:
 
 
 def _load(file: Path, name: str) -> ModuleType:
-    """Import a paper from outside under a name of its own; modules beside it are ``from . import ...``."""
+    """Import a paper from outside; it reaches the modules beside it by ``from . import ...``."""
     module_name = f"mpmbench_paper_{name}"
     known = sys.modules.get(module_name)
     if known is not None and known.__file__ == str(file):

@@ -1,4 +1,4 @@
-"""What a paper's report is made of: the paper, its campaigns of runs, and chapters with figures and tables."""
+"""What a paper's report is made of: its campaigns of runs, and chapters of figures and tables."""
 
 import dataclasses
 import re
@@ -21,7 +21,7 @@ ERRORS = ("error_displacement_rms", "error_stress_rms")
 
 
 class Campaigns(dict[str, Campaign]):
-    """Campaigns by the name of their experiment; asking for one that is not there raises `MissingRuns`."""
+    """Campaigns by the name of their experiment; one that is not there raises `MissingRuns`."""
 
     def __missing__(self, name: str) -> Campaign:
         raise MissingRuns(f"there are no results of the experiment {name}")
@@ -116,7 +116,7 @@ class Chapter:
         prefix: str = "",
         where: str = "",
     ) -> None:
-        """Add figure and table of errors along the main axis of a campaign, and the table of its orders.
+        """Add the errors along the main axis of a campaign as figure and table, and its orders.
 
         Parameters
         ----------
@@ -284,7 +284,7 @@ def variables(
 
 
 def cell(campaigns: Campaigns, campaign: str, quantity: str, **match: Any) -> Cell:
-    """The number of the one run that matches, with its file; its status when it did not finish, empty without a run."""
+    """The number of the one run that matches, or its status, with its file; empty without a run."""
     runs = Runs(campaigns)
     try:
         value: float | str = runs.number(campaign, quantity, **match)

@@ -1,4 +1,4 @@
-"""Writes the report of a paper: a page that opens offline, and a README with its figures and tables."""
+"""Writes the report of a paper: a page that opens offline, and a README with all of it."""
 
 import dataclasses
 from collections.abc import Iterable
@@ -105,7 +105,7 @@ def markdown(
     pictures: dict[str, list[Picture]],
     lists: dict[str, list[Table]],
 ) -> str:
-    """The report as Markdown, with links to the figures and to the tables with all digits and result files."""
+    """The report as Markdown; its links lead to tables with all digits and result files."""
     parts = [f"# {paper.title}", paper.reference, paper.summary]
     parts.append(
         f"Written by `python -m mpmbench reproduce {paper.name}` from result files; nothing in it "

@@ -1,4 +1,4 @@
-"""Short cuts of the chapters: figures with panels, rows of cells along an axis, and their numbers."""
+"""What chapters share: figures with panels, rows of cells along an axis, and their numbers."""
 
 import dataclasses
 from collections.abc import Iterable, Sequence
@@ -33,7 +33,7 @@ def single(height: float = 2.6, width: float = style.COLUMN) -> tuple[Figure, Ax
 def tiles(
     count: int, columns: int, height: float = 1.5, sharey: bool = True
 ) -> tuple[Figure, list[Axes]]:
-    """As many panels as are wanted, each as high as is said [in], row by row; they share their axes."""
+    """As many panels as are wanted, row by row, of this height [in]; they share their axes."""
     rows = -(-count // columns)
     figure, grid = panels(rows, columns, 0.35 + height * rows, sharex=True, sharey=sharey)
     for empty in grid.ravel()[count:]:

@@ -1,4 +1,4 @@
-"""Reports: figures, tables and one offline HTML page from the result files of a campaign. Never runs anything."""
+"""Reports: figures, tables and one offline page from result files. They never run anything."""
 
 from mpmbench.report.page import build
 

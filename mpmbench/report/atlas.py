@@ -1,4 +1,4 @@
-"""The failure atlas: which method and basis works at which resolution and time step, and why not where it does not."""
+"""The failure atlas: which method and basis works at which size and time step, and why not."""
 
 import re
 from dataclasses import dataclass, field
@@ -33,7 +33,7 @@ MARKS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
 
 @dataclass
 class Cause:
-    """One way in which runs ended without a result; numbers in the reason may differ between them."""
+    """A way in which runs ended without a result; numbers in the reason may differ."""
 
     mark: str
     status: str
@@ -55,7 +55,7 @@ def causes(study: Study) -> list[Cause]:
 
 
 def atlas(study: Study) -> Figure:
-    """A row for each curve, a column for each combination of size and time step, coloured by status.
+    """A row for each curve, a column for each size and time step, coloured by status.
 
     A cell without a colour has no run; a mark stands for the reason (`reasons`).
     """
@@ -130,7 +130,7 @@ def columns_of(study: Study) -> list[Key]:
 
 
 def column_labels(study: Study, keys: list[Key]) -> tuple[list[str], str]:
-    """Labels of the columns and what they say: the axis, and the time step where there are several at one place."""
+    """Labels of the columns and what they say: the axis, and the time step where it varies."""
     several_steps = len({key[2] for key in keys}) > 1 and study.axis.key != "time_step"
     several_sizes = len({key[1] for key in keys}) > 1 and study.axis.key != "resolution"
     labels = []

@@ -1,4 +1,4 @@
-"""Claims of a paper with verdicts that a rule computes from stored runs; nothing here is typed in by hand.
+"""Claims of a paper with verdicts computed from stored runs; none is typed in by hand.
 
 A rule asks for numbers, orders and statuses by what a run must match, and answers with a `Verdict`.
 What it asked for becomes the evidence, each piece with its result files.
@@ -167,7 +167,7 @@ Rule = Callable[[Runs], tuple[str, str]]
 
 @dataclass(frozen=True)
 class Claim:
-    """A statement of a paper and the rule that judges it.
+    """A statement of a paper and what judges it: a rule, or measure, threshold and sentence.
 
     Attributes
     ----------
@@ -175,21 +175,50 @@ class Claim:
         Short and unique, for links.
     statement, source : str
         The paper's statement and where it stands (section, figure, table).
-    rule : callable
-        Takes `Runs`, returns the answer and a sentence with the numbers.
+    rule : callable, optional
+        Takes `Runs`, returns the answer and a sentence with the numbers. It stands for the three
+        that follow when the words depend on what is found.
+    measure : callable, optional
+        Takes `Runs`, returns numbers by name.
+    holds : callable, optional
+        Takes these numbers by name, returns whether the statement holds, or the condition under
+        which it does (``"when the mass is lumped"``).
+    sentence : str
+        A format of the numbers: ``"with 200 cells the error is {error:.1e} m"``.
     """
 
     name: str
     statement: str
     source: str
-    rule: Rule
+    rule: Rule | None = None
+    measure: Callable[[Runs], Mapping[str, float]] | None = None
+    holds: Callable[..., bool | str] | None = None
+    sentence: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse a claim that nothing judges, or two things."""
+        parts = (self.measure is not None, self.holds is not None, bool(self.sentence))
+        if any(parts) == (self.rule is not None) or any(parts) != all(parts):
+            raise ValueError(
+                f"claim {self.name}: a rule, or measure, holds and sentence are needed"
+            )
+
+    def answer(self, runs: Runs) -> tuple[str, str]:
+        """The answer, and a sentence with the numbers."""
+        if self.rule is not None:
+            return self.rule(runs)
+        assert self.measure is not None and self.holds is not None
+        found = self.measure(runs)
+        holds = self.holds(**found)
+        condition = f" {holds}" if isinstance(holds, str) else ""
+        return (f"{HOLDS}{condition}" if holds else FAILS), self.sentence.format(**found)
 
 
 def judge(claim: Claim, campaigns: Mapping[str, Campaign]) -> Verdict:
     """Apply the rule of a claim; missing or failed runs leave it undecided, with the reason."""
     runs = Runs(campaigns)
     try:
-        answer, because = claim.rule(runs)
+        answer, because = claim.answer(runs)
     except MissingRuns as missing:
         return Verdict(UNDECIDED, str(missing), tuple(runs.evidence))
     return Verdict(answer, because, tuple(runs.evidence))

@@ -1,4 +1,4 @@
-"""Figures of a study: errors against size, and errors against time. Each function returns a matplotlib figure."""
+"""Figures of a study: errors against size and against time, each a matplotlib figure."""
 
 import re
 import textwrap
@@ -25,7 +25,7 @@ Orders = dict[str, OrderEstimate]
 
 
 def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
-    """Error against the study's axis with fitted orders, slope triangles, predicted floor and crosses for failed runs.
+    """Error against the study's axis with orders, slope triangles, floor and failed runs.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def _square() -> tuple[Figure, Axes]:
 
 
 def _legend_below(figure: Figure, handles: list[Line2D], curves: list[Series]) -> None:
-    """One entry for each curve; beyond `MOST_ENTRIES` curves, one for each method and basis, and for each variant."""
+    """One entry for each curve; of many, one for each method and basis and each variant."""
     if len(curves) > MOST_ENTRIES:
         pairs = {(one.method, one.basis): one for one in curves}
         variants = {variant_name(one.variant): one for one in curves if one.variant}
@@ -211,7 +211,7 @@ def _failed_handle(study: Study) -> list[Line2D]:
 
 
 def _temporal_floor(axes: Axes, study: Study) -> list[Line2D]:
-    """The error of the time step alone, as the problem predicts it: a line per time step, or along a swept step."""
+    """The predicted error of the time step alone: a line per step, or along a swept step."""
     if "predicted_temporal_floor" not in study.runs:
         return []
     runs = study.runs[(study.runs.status == "ok") & (study.runs.predicted_temporal_floor > 0)]
@@ -237,7 +237,7 @@ def _temporal_floor(axes: Axes, study: Study) -> list[Line2D]:
 
 
 def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) -> None:
-    """One triangle for each whole or half order within an interval, beneath the lowest curve of that order."""
+    """One triangle for each whole or half order, beneath the lowest curve of that order."""
     lowest: dict[float, tuple[float, np.ndarray, np.ndarray]] = {}
     for one in study.series:
         estimate = orders.get(one.label)
@@ -306,7 +306,7 @@ def log_ticks(axis: Axis, span: float = 20.0) -> None:
 
 
 def _ticks_at_values(axes: Axes, values: list[float]) -> None:
-    """Ticks of the swept axis at the values themselves; every second one and so on when they are many."""
+    """Ticks of the swept axis at its values; when they are many, at every second and so on."""
     room = 8 if all(len(f"{value:g}") <= 4 for value in values) else 5
     kept = values[:: -(-len(values) // room) or 1]
     axes.xaxis.set_major_locator(FixedLocator(kept))

@@ -1,4 +1,4 @@
-"""The report of a campaign: draws its figures, writes its tables, and puts all of it on one page that opens offline."""
+"""The report of a campaign: figures and tables, and all of it on one page that opens offline."""
 
 import os
 import re
@@ -92,7 +92,7 @@ def build(results: Path, output: Path | None = None) -> Path:
 
 
 class Writer:
-    """Writes the files of a report, each in one move, and removes what an earlier report wrote and this one did not."""
+    """Writes the files of a report, each in one move, and removes those of an earlier one."""
 
     def __init__(self, target: Path) -> None:
         self.target = target
@@ -153,7 +153,7 @@ class Writer:
 
 
 def inline_svg(drawing: str, name: str) -> str:
-    """An SVG file as a part of a page: no XML head, fluid width, identifiers unlike those of the other figures."""
+    """An SVG file as a part of a page: no XML head, fluid width, identifiers of its own."""
     drawing = drawing[drawing.index("<svg") :]
     drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
     drawing = re.sub(r'\bid="', f'id="{name}-', drawing)
@@ -291,7 +291,7 @@ def _add_fields(section: Section, study: Study, writer: Writer) -> None:
 
 
 def _code_versions(campaign: Campaign) -> int:
-    """Most versions of the code behind runs of one kind: each kind of run has a code of its own, the files it uses."""
+    """Most versions of the code behind runs of one kind: a kind's code are the files it uses."""
     if "code_hash" not in campaign.provenance:
         return 1
     kinds = [

@@ -1,4 +1,4 @@
-"""Fields at the end of a run: stress along a line of particles against the exact solution, and maps of particles."""
+"""Fields at the end of a run: stress along a line of particles, and maps of particles."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -125,7 +125,7 @@ def line_of_particles(initial: np.ndarray) -> np.ndarray:
 
 
 def stress_profile(fields: list[Field]) -> Figure | None:
-    """Stress along the first axis, one panel per curve: particles in colour, the exact solution in black."""
+    """Stress along the first axis, one panel per curve; the exact solution in black."""
     if not fields:
         return None
     figure, panels = _panels(len(fields), height=1.25, sharey=True)
@@ -152,7 +152,7 @@ def stress_profile(fields: list[Field]) -> Figure | None:
 
 
 def particle_map(fields: list[Field]) -> Figure | None:
-    """Particles of two-dimensional runs (of a slice, in 3D), coloured by their stress, one panel per curve."""
+    """Particles of the plane (of a slice, in 3D) coloured by their stress, one panel per curve."""
     fields = [field for field in fields if field.position.shape[1] >= 2]
     if not fields:
         return None
@@ -191,7 +191,7 @@ def particle_map(fields: list[Field]) -> Figure | None:
 
 
 def _slice(initial: np.ndarray) -> np.ndarray:
-    """All particles in 2D; those within half a spacing of the middle plane of the third axis in 3D."""
+    """All particles in 2D; in 3D those within half a spacing of the third axis' middle."""
     if initial.shape[1] < 3:
         return np.arange(len(initial))
     z = initial[:, 2]

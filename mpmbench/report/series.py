@@ -1,4 +1,4 @@
-"""Runs of one problem sorted into curves: along which key they are swept, and what tells one curve from another."""
+"""Runs of one problem sorted into curves: the key they sweep, and what tells curves apart."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,4 +1,4 @@
-"""The look of every figure: one colour per method, one marker per basis, black for what is exact."""
+"""The look of every figure: a colour per method, a marker per basis, black for what is exact."""
 
 import hashlib
 from contextlib import AbstractContextManager
@@ -81,7 +81,7 @@ def marker(basis: str) -> str:
 
 
 def line(method: str, basis: str, rank: int = 0) -> dict[str, Any]:
-    """Keywords of `Axes.plot` for one curve; variants of a pair differ in line style, then in the marker's filling."""
+    """Keywords of `Axes.plot` for one curve; variants differ in line style, then in filling."""
     own = colour(method)
     filling = rank // len(LINE_STYLES) % 3
     return {

@@ -1,4 +1,4 @@
-"""Tables of a study, as CSV, Markdown and LaTeX. Every cell knows the result files that it comes from."""
+"""Tables of a study as CSV, Markdown and LaTeX, whose cells know their result files."""
 
 import csv
 import io
@@ -29,7 +29,7 @@ LATEX = {character: "\\" + character for character in "&%_#${}"} | {
 
 @dataclass(frozen=True)
 class Cell:
-    """A value of a table, the result files it was computed from, and how many of its digits are shown."""
+    """A value of a table, its result files, and how many of its digits are shown."""
 
     value: Any = ""
     files: tuple[str, ...] = ()
@@ -46,7 +46,7 @@ class Cell:
 
 
 def number_text(number: float, digits: int = 3) -> str:
-    """The leading digits, the last ones kept when they are zeros, unless the number has no more than it shows.
+    """The leading digits, zeros at their end kept unless the number has no more than it shows.
 
     ``1.70e-06`` of 1.7031e-6, ``2114`` of 2114.2, ``0.01`` of 0.01, ``80`` of 80.
     """
@@ -183,7 +183,7 @@ def _value_at(one: Series, value: float, quantity: str) -> Cell:
 
 
 def timings(study: Study) -> Table | None:
-    """Solver times of runs that had the machine to themselves, and their ratio to linear MPM at the same size."""
+    """Solver times of runs that had the machine to themselves, and ratios to linear MPM."""
     values = study.values()
     rows = []
     missing_base = False

@@ -80,3 +80,40 @@ def test_table_links_every_verdict_to_its_runs(campaign):
     assert (
         "order of error_displacement_rms, method mpm, basis linear: 2.0" in table.rows[1][4].value
     )
+
+
+@pytest.mark.parametrize(
+    ("holds", "answer"),
+    [
+        (lambda error: error < 1.0, HOLDS),
+        (lambda error: error > 1.0, FAILS),
+        (lambda error: error < 1.0 and "when it is small", f"{HOLDS} when it is small"),
+        (lambda error: error > 1.0 and "when it is large", FAILS),
+    ],
+)
+def test_a_measure_a_threshold_and_a_sentence_make_a_verdict(tmp_path, write_run, holds, answer):
+    write_run(tmp_path, resolution=8, constant=0.064, floor=0.0)
+    sentence = "the error is {error:.1e} m"
+
+    def measure(runs):
+        return {"error": runs.number("bar", "error_displacement_rms", resolution=8)}
+
+    claim = Claim("one", "It is small", "Fig. 1", measure=measure, holds=holds, sentence=sentence)
+    verdict = judge(claim, {"bar": read_campaign(tmp_path)})
+    assert (verdict.answer, verdict.because) == (answer, "the error is 1.0e-03 m")
+    assert len(verdict.evidence) == 1
+    assert judge(claim, {}).answer == UNDECIDED
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        {},
+        {"measure": lambda runs: {}},
+        {"measure": lambda runs: {}, "holds": lambda: True},
+        {"rule": lambda runs: (HOLDS, ""), "sentence": "so"},
+    ],
+)
+def test_a_claim_has_one_thing_that_judges_it(parts):
+    with pytest.raises(ValueError, match="claim one: a rule, or measure, holds and sentence"):
+        Claim("one", "It is small", "Fig. 1", **parts)

@@ -1,68 +1,7 @@
-"""Iaconeta, Larese, Rossi and Guo 2017: implicit material point method and Galerkin meshfree method."""
+"""Iaconeta, Larese, Rossi and Guo 2017: implicit material points and Galerkin meshfree."""
 
 from mpmbench.papers.iaconeta2017 import beyond, cantilever, claims, disk, soil
 from mpmbench.papers.kit import Paper
-from mpmbench.report.claims import Claim
-
-CLAIMS = (
-    Claim(
-        "quadratic",
-        "All the methods have a quadratic rate of convergence",
-        "Fig. 7",
-        claims.quadratic,
-    ),
-    Claim(
-        "same_limit",
-        "-0.67433 m is equally reached by all the methods",
-        "Sect. 5.1",
-        claims.same_limit,
-    ),
-    Claim(
-        "curves", "UL-FEM, MPM and GMM-MLS error curves coincide", "Fig. 7", claims.curves_coincide
-    ),
-    Claim(
-        "lme",
-        "GMM-LME is less accurate than GMM-MLS in statics",
-        "Fig. 7",
-        claims.lme_less_accurate,
-    ),
-    Claim(
-        "contact",
-        "By using either MPM or GMM, the contact is implicitly caught",
-        "Sect. 5.2",
-        claims.contact,
-    ),
-    Claim(
-        "gmm",
-        "In the dynamic case GMM is more accurate than MPM",
-        "Table 1",
-        claims.gmm_more_accurate,
-    ),
-    Claim(
-        "lme_dynamic",
-        "There, GMM-LME has smaller errors than GMM-MLS",
-        "Table 1",
-        claims.lme_before_mls,
-    ),
-    Claim(
-        "cost",
-        "GMM takes 10 % (MLS) and 8.5 % to 16 % (LME) more time than MPM",
-        "Table 1",
-        claims.gmm_costs_more,
-    ),
-    Claim(
-        "columns",
-        "The final configurations of MPM, GMM-LME and GMM-MLS are almost coincident",
-        "Fig. 10",
-        claims.coincident_columns,
-    ),
-    Claim(
-        "robust",
-        "MPM is more robust than GMM under extremely large deformation",
-        "Sect. 5.3",
-        claims.mpm_robust,
-    ),
-)
 
 PAPER = Paper(
     name="iaconeta2017",
@@ -83,5 +22,5 @@ PAPER = Paper(
         beyond.dynamic_chapter,
         beyond.patch_chapter,
     ),
-    claims=CLAIMS,
+    claims=claims.CLAIMS,
 )

@@ -1,4 +1,4 @@
-"""Beyond the paper: the falling cantilever with implicit and explicit methods, and the patch test of clouds."""
+"""Beyond the paper: the falling cantilever with all methods, and the patch test of clouds."""
 
 from mpmbench.papers.iaconeta2017.support import METHODS, history, look
 from mpmbench.papers.kit import Campaigns, Chapter, cell

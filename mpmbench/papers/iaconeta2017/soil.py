@@ -1,4 +1,4 @@
-"""The collapse of the soil column: Figs. 10-13, the check against the authors' program, and an animation."""
+"""The collapse of the soil column: Figs. 10-13, a check against Kratos, and an animation."""
 
 import io
 from itertools import product
@@ -133,7 +133,7 @@ def _run_out(page: Chapter, campaigns: Campaigns) -> None:
 
 
 def _end(campaigns: Campaigns, experiment: str, match: dict[str, Any]) -> list[Cell]:
-    """Run-out, largest plastic strain and `COUNTS` of one run, or how it ended; empty cells without a run."""
+    """Run-out, largest plastic strain and `COUNTS` of one run, or how it ended."""
     cells = quantities(campaigns, experiment, ("final_run_out", *COUNTS), **match)
     try:
         file, found = history(campaigns, experiment, "largest_plastic_strain", **match)
@@ -305,7 +305,7 @@ def animation_chapter(campaigns: Campaigns) -> Chapter:
 
 
 def moving_picture(times: np.ndarray, position: np.ndarray, strain: np.ndarray) -> bytes:
-    """An animated GIF of particles, shapes (T,), (T, P, 2) and (T, P); all its pictures share one palette."""
+    """An animated GIF of particles, shapes (T,), (T, P, 2) and (T, P), with one palette."""
     figure, axes = single(height=2.0, width=1.3 * style.COLUMN)
     canvas = FigureCanvasAgg(figure)
     figure.set_dpi(150)

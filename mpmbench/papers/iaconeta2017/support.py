@@ -1,4 +1,4 @@
-"""What the chapters and claims on Iaconeta et al. 2017 share: the paper's methods by name, and a few short cuts."""
+"""What the chapters and claims on Iaconeta et al. share: the paper's methods, and short cuts."""
 
 from typing import Any
 
@@ -92,7 +92,7 @@ def contours(
     levels: np.ndarray,
     colours: str,
 ) -> Any:
-    """Filled contours of values at particles, shapes (P, 2), (P, 2) and (P,): joined up as at the `start`."""
+    """Filled contours of values at particles, (P, 2), (P, 2) and (P,), joined as at the `start`."""
     triangles = Triangulation(start[:, 0], start[:, 1]).triangles
     mesh = Triangulation(position[:, 0], position[:, 1], triangles)
     filled = axes.tricontourf(mesh, values, levels=levels, cmap=colours, extend="both")

@@ -1,10 +1,12 @@
 """The statements of the thesis, chapters 2 to 4, and the rules that judge them."""
 
+from typing import Any
+
 from mpmbench.papers.li2009.bar import BARS, STRETCHES
 from mpmbench.papers.li2009.bar import GAMMAS as LOCALITIES
 from mpmbench.papers.li2009.functions import GAMMAS, PUBLISHED, TOLERANCES
 from mpmbench.papers.li2009.support import CONSISTENT, DENSITY, LUMPED, OTM, VELOCITY
-from mpmbench.report.claims import FAILS, HOLDS, Runs
+from mpmbench.report.claims import FAILS, HOLDS, Claim, Runs
 
 AMPLITUDE = 3.2975e-5  # of the tip [m]
 SPEED = 7.0  # of the tip [m/s] with the overshoot of fronts on a mesh; the exact one is 5
@@ -19,86 +21,59 @@ COMPARED = (
 )
 
 
-def newton_counts(runs: Runs) -> tuple[str, str]:
-    """Table 2.1 within 0.6."""
-    largest = 0.0
+def newton_counts(runs: Runs) -> dict[str, float]:
+    """Largest difference from Table 2.1."""
+    differences = []
     for gamma in GAMMAS:
         for tolerance, published in zip(TOLERANCES, PUBLISHED[gamma], strict=True):
-            match = {
-                "basis__gamma": gamma,
-                "basis__tolerance": tolerance,
-                "basis__line_search": False,
-            }
-            largest = max(
-                largest, abs(runs.number("table2_1", "newton_steps_mean", **match) - published)
-            )
-    return (
-        HOLDS if largest <= 0.6 else FAILS
-    ), f"the counts of the plain method differ by at most {largest:.2f}"
+            match = {"basis__gamma": gamma, "basis__tolerance": tolerance}
+            steps = runs.number("table2_1", "newton_steps_mean", **match, basis__line_search=False)
+            differences.append(abs(steps - published))
+    return {"largest": max(differences)}
 
 
-def line_search_needed(runs: Runs) -> tuple[str, str]:
-    """Plain Newton diverges at large gamma."""
-    match = {"basis__gamma": 6.8, "basis__tolerance": 1e-10}
-    plain = runs.number("table2_1", "newton_failures_share", basis__line_search=False, **match)
-    safe = max(
+def newton_failures(runs: Runs) -> dict[str, float]:
+    """Samples [%] that fail without a line search at large gamma, most that fail with one."""
+    safe = {"basis__line_search": True}
+    match = {"basis__line_search": False, "basis__gamma": 6.8, "basis__tolerance": 1e-10}
+    plain = runs.number("table2_1", "newton_failures_share", **match)
+    with_search = [
         runs.number(
-            "table2_1",
-            "newton_failures",
-            basis__line_search=True,
-            basis__gamma=g,
-            basis__tolerance=1e-10,
+            "table2_1", "newton_failures", **safe, basis__gamma=gamma, basis__tolerance=1e-10
         )
-        for g in GAMMAS
+        for gamma in GAMMAS
+    ]
+    return {"plain": 100 * plain, "safe": max(with_search)}
+
+
+def rates(runs: Runs, quantity: str) -> dict[str, float]:
+    """Orders of an error of the shock with consistent and with lumped mass."""
+
+    def order(**match: Any) -> float:
+        return runs.order("fig4_4", quantity, cells=(50, 100, 200), **match).order
+
+    return {
+        "consistent": order(particles_per_cell=2, **OTM, **CONSISTENT),
+        "lumped": order(**OTM, **LUMPED),
+    }
+
+
+def density_holds(consistent: float, lumped: float) -> bool | str:
+    """1.88 with both masses, or with one of them."""
+    near = [abs(rate - 1.88) < 0.2 for rate in (consistent, lumped)]
+    return all(near) or (
+        any(near) and "when the mass is " + ("lumped" if near[1] else "consistent")
     )
-    holds = plain > 0.5 and safe == 0.0
-    return (HOLDS if holds else FAILS), (
-        f"for gamma = 6.8 plain Newton fails at {100 * plain:.0f} % of the samples; with a line "
-        f"search at {safe:.0f}"
-    )
 
 
-def velocity_rate(runs: Runs) -> tuple[str, str]:
-    """2.13, better than quadratic."""
-    thesis = runs.order(
-        "fig4_4", VELOCITY, cells=(50, 100, 200), particles_per_cell=2, **OTM, **CONSISTENT
-    ).order
-    lumped = runs.order("fig4_4", VELOCITY, cells=(50, 100, 200), **OTM, **LUMPED).order
-    answer = HOLDS if abs(thesis - 2.13) < 0.15 else FAILS
-    return (
-        answer,
-        f"consistent mass with position differences: {thesis:.2f}; lumped mass: {lumped:.2f}",
-    )
-
-
-def density_rate(runs: Runs) -> tuple[str, str]:
-    """1.88 on uniform nodes."""
-    thesis = runs.order(
-        "fig4_4", DENSITY, cells=(50, 100, 200), particles_per_cell=2, **OTM, **CONSISTENT
-    ).order
-    lumped = runs.order("fig4_4", DENSITY, cells=(50, 100, 200), **OTM, **LUMPED).order
-    near = [rate for rate in (thesis, lumped) if abs(rate - 1.88) < 0.2]
-    answer = (
-        HOLDS
-        if len(near) == 2
-        else "holds when the mass is " + ("lumped" if abs(lumped - 1.88) < 0.2 else "consistent")
-    )
-    return (answer if near else FAILS), f"consistent mass: {thesis:.2f}; lumped mass: {lumped:.2f}"
-
-
-def error_level(runs: Runs) -> tuple[str, str]:
-    """Errors below 1e-7."""
-    smallest = runs.number("fig4_4", VELOCITY, resolution=200, **OTM, **LUMPED)
-    answer = HOLDS if smallest < 1e-7 else FAILS
-    return (
-        answer,
-        f"with 200 cells the velocity error is {smallest:.1e} m^1.5/s; its square is "
-        f"{smallest**2:.1e}",
-    )
+def error_level(runs: Runs) -> dict[str, float]:
+    """Error of the velocity on the finest nodes, and its square."""
+    error = runs.number("fig4_4", VELOCITY, resolution=200, **OTM, **LUMPED)
+    return {"error": error, "square": error**2}
 
 
 def more_dimensions(runs: Runs) -> tuple[str, str]:
-    """Strip and cylinder with particles at barycentres, as accurate as the line within a factor of two."""
+    """Strip and cylinder with particles at barycentres, against the line: a factor of two."""
     line = runs.number("fig4_4", VELOCITY, resolution=50, **OTM, **LUMPED)
     ratios = {}
     for gamma in (1.8, 4.0):
@@ -139,7 +114,7 @@ def irregular_density(runs: Runs) -> tuple[str, str]:
 
 
 def bar_as_fem(runs: Runs) -> tuple[str, str]:
-    """The tip of the bar on uniform and irregular nodes, within the tolerances that linear elements meet."""
+    """The tip of the bar, within the tolerances that linear elements meet."""
 
     def far(name: str) -> tuple[bool, float]:
         top, low, error, speed = (
@@ -171,32 +146,6 @@ def bar_as_fem(runs: Runs) -> tuple[str, str]:
     return rest, f"{because}; beyond the tolerances: {', '.join(bad)}"
 
 
-def sph_fails(runs: Runs) -> tuple[str, str]:
-    """Standard SPH cannot solve the bar."""
-    plain = runs.status("fig4_12", **BARS["SPH"])
-    symmetric = runs.number(
-        "fig4_12", "tip_displacement_error", **BARS["SPH, symmetric derivatives"]
-    )
-    holds = plain != "ok" and symmetric > 0.3
-    return (HOLDS if holds else FAILS), (
-        f"SPH ends with status {plain}; with symmetric derivatives the relative error is "
-        f"{symmetric:.2f}"
-    )
-
-
-def nodal_integration(runs: Runs) -> tuple[str, str]:
-    """A spurious mode of nodal integration that can be seen at the tip of the bar; the thesis saw it with EFG."""
-    names = ("nodal integration, updated functions", "nodal integration, frozen functions")
-    error = max(runs.number("fig4_12", "tip_displacement_error", **BARS[name]) for name in names)
-    speed = max(runs.number("fig4_12", "tip_velocity_max", **BARS[name]) for name in names)
-    answer = HOLDS if error > 0.1 or speed > SPEED else FAILS
-    return (
-        answer,
-        f"with local max-ent functions the relative error is {error:.3f}, the largest speed "
-        f"{speed:.2f} m/s",
-    )
-
-
 def avoids_tensile_instability(runs: Runs) -> tuple[str, str]:
     """No instability of a stretched bar, for any gamma of the map or for the larger ones."""
     limits: dict[float, float | None] = {}
@@ -221,15 +170,142 @@ def avoids_tensile_instability(runs: Runs) -> tuple[str, str]:
     )
 
 
-def energy_kept(runs: Runs) -> tuple[str, str]:
-    """Position differences with either mass."""
-    kept = runs.number("fig4_12", "total_energy_end", **BARS["OTM, consistent mass"])
-    lost = runs.number(
-        "fig4_12", "total_energy_end", **BARS["OTM, lumped, position differences, 1 particle"]
-    )
-    answer = "holds when the mass is consistent" if abs(kept - 1.0) < 0.01 and lost < 0.5 else FAILS
-    return (
-        answer,
-        f"of the energy {100 * kept:.1f} % is left with a consistent mass, {100 * lost:.1f} % "
-        "with a lumped one",
-    )
+def sph_error(runs: Runs) -> dict[str, Any]:
+    """How standard SPH ends, and the error of SPH with symmetric derivatives."""
+    match = BARS["SPH, symmetric derivatives"]
+    return {
+        "plain": runs.status("fig4_12", **BARS["SPH"]),
+        "error": runs.number("fig4_12", "tip_displacement_error", **match),
+    }
+
+
+def nodal_integration(runs: Runs) -> dict[str, float]:
+    """Largest error and speed of the tip with nodal integration (in the thesis: with EFG)."""
+    names = ("nodal integration, updated functions", "nodal integration, frozen functions")
+    found = {"error": "tip_displacement_error", "speed": "tip_velocity_max"}
+    return {
+        key: max(runs.number("fig4_12", quantity, **BARS[name]) for name in names)
+        for key, quantity in found.items()
+    }
+
+
+def energy_left(runs: Runs) -> dict[str, float]:
+    """Energy left at the end [%], position differences with either mass."""
+    names = {
+        "consistent": "OTM, consistent mass",
+        "lumped": "OTM, lumped, position differences, 1 particle",
+    }
+    return {
+        mass: 100 * runs.number("fig4_12", "total_energy_end", **BARS[name])
+        for mass, name in names.items()
+    }
+
+
+CLAIMS = (
+    Claim(
+        "newton_counts",
+        "Mean Newton steps per sample by gamma and tolerance",
+        "Table 2.1",
+        measure=newton_counts,
+        holds=lambda largest: largest <= 0.6,
+        sentence="the counts of the plain method differ by at most {largest:.2f}",
+    ),
+    Claim(
+        "line_search",
+        "Newton's method needs a line search",
+        "Sect. 2.2.4",
+        measure=newton_failures,
+        holds=lambda plain, safe: plain > 50.0 and safe == 0.0,
+        sentence=(
+            "for gamma = 6.8 plain Newton fails at {plain:.0f} % of the samples; with a line "
+            "search at {safe:.0f}"
+        ),
+    ),
+    Claim(
+        "velocity_rate",
+        "The velocity converges with 2.13, better than quadratic",
+        "Fig. 4.4",
+        measure=lambda runs: rates(runs, VELOCITY),
+        holds=lambda consistent, lumped: abs(consistent - 2.13) < 0.15,
+        sentence=(
+            "consistent mass with position differences: {consistent:.2f}; lumped mass: {lumped:.2f}"
+        ),
+    ),
+    Claim(
+        "density_rate",
+        "The density converges with 1.88",
+        "Fig. 4.5",
+        measure=lambda runs: rates(runs, DENSITY),
+        holds=density_holds,
+        sentence="consistent mass: {consistent:.2f}; lumped mass: {lumped:.2f}",
+    ),
+    Claim(
+        "error_level",
+        "The errors remain below 1e-7",
+        "Sect. 4.1.3",
+        measure=error_level,
+        holds=lambda error, square: error < 1e-7,
+        sentence=(
+            "with 200 cells the velocity error is {error:.1e} m^1.5/s; its square is {square:.1e}"
+        ),
+    ),
+    Claim(
+        "dimensions",
+        "The shock is also followed in two and three dimensions",
+        "Sect. 4.1.3",
+        more_dimensions,
+    ),
+    Claim(
+        "irregular",
+        "Convergence does not depend on structured nodes",
+        "Sects. 1, 4",
+        irregular_density,
+    ),
+    Claim(
+        "bar",
+        "OTM agrees with finite elements, also on nonuniform nodes",
+        "Figs. 4.12, 4.13",
+        bar_as_fem,
+    ),
+    Claim(
+        "sph",
+        "Standard SPH cannot solve the bar in tension",
+        "Sect. 4.2.2",
+        measure=sph_error,
+        holds=lambda plain, error: plain != "ok" and error > 0.3,
+        sentence=(
+            "SPH ends with status {plain}; with symmetric derivatives the relative error is "
+            "{error:.2f}"
+        ),
+    ),
+    Claim(
+        "nodal_integration",
+        "A spurious mode occurs in the bar with nodal integration",
+        "Sect. 4.2.2",
+        measure=nodal_integration,
+        holds=lambda error, speed: error > 0.1 or speed > SPEED,
+        sentence=(
+            "with local max-ent functions the relative error is {error:.3f}, the largest speed "
+            "{speed:.2f} m/s"
+        ),
+    ),
+    Claim(
+        "tensile_instability",
+        "OTM completely avoids the tensile instability",
+        "Sect. 4.2.1",
+        avoids_tensile_instability,
+    ),
+    Claim(
+        "energy",
+        "The discrete motion of Eqs. 3.88-3.91 keeps its energy",
+        "Sect. 3.2.3",
+        measure=energy_left,
+        holds=lambda consistent, lumped: (
+            abs(consistent - 100.0) < 1.0 and lumped < 50.0 and "when the mass is consistent"
+        ),
+        sentence=(
+            "of the energy {consistent:.1f} % is left with a consistent mass, {lumped:.1f} % with "
+            "a lumped one"
+        ),
+    ),
+)

@@ -129,7 +129,7 @@ def cylinder_chapter(campaigns: Campaigns) -> Chapter:
 
 
 def _body(axis: Axes, x: np.ndarray, v: np.ndarray) -> Any:
-    """Points in space [mm], seen along parallel rays from the front of the end that is driven, far ones first."""
+    """Points in space [mm], seen along parallel rays from the driven end, far ones first."""
     turn, tilt = np.deg2rad(VIEW)
 
     def seen(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,4 +1,4 @@
-"""What the chapters and claims on Li 2009 share: names of its methods, the exact shock, and a few short cuts."""
+"""What the chapters and claims on Li 2009 share: names of its methods, and the exact shock."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ SHOCK = {"rho": 1.0, "K": 1.0, "eta": 0.0025, "ahead": 1.0, "behind": 0.1}  # Ta
 
 
 def exact_shock(X: np.ndarray, t: float) -> dict[str, np.ndarray]:
-    """Displacement [m], velocity [m/s], density [kg/m3] and acceleration [m/s2] of Li 2009, Eq. 4.23, with + log 2."""
+    """Displacement, velocity, density and acceleration of Li 2009, Eq. 4.23, with + log 2 [SI]."""
     K, rho, ahead, behind = SHOCK["K"], SHOCK["rho"], SHOCK["ahead"], SHOCK["behind"]
     C = np.sqrt(0.5 * K / rho * (1.0 + 1.0 / (ahead * behind)))
     L = 8.0 * SHOCK["eta"] * C * ahead * behind / (3.0 * K * (ahead - behind))

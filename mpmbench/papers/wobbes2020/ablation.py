@@ -87,7 +87,7 @@ def ablation_chapter(campaigns: Campaigns) -> Chapter:
 
 
 def _one_undone(campaigns: Campaigns, basis: str, name: str) -> list[list[Cell]]:
-    """Error of the last state with each choice alone as it was at the start, and with frozen functions."""
+    """Error of the last state with each choice alone undone, and with frozen functions."""
     last = states()[-1][1]
     end = cell(campaigns, "ablation", ERROR, basis=basis, **last)
     variants = [(label, last | {key: START[key] for key in change}) for label, change in CHANGES]

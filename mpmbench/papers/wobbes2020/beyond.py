@@ -1,4 +1,4 @@
-"""Studies that the paper does not have: large strain, quadrature, degrees, and the floor of updated-Lagrangian MPM."""
+"""Studies that the paper does not have: large strain, quadrature, degrees, a floor of MPM."""
 
 import math
 from typing import Any
@@ -140,7 +140,7 @@ def amplitude_chapter(campaigns: Campaigns) -> Chapter:
 
 
 def floor_growth(campaigns: Campaigns) -> tuple[float, float, float]:
-    """Exponent of the amplitude in the floor of MPM, last slope of MPM and of OTM at the largest amplitude."""
+    """Exponent of the amplitude in the floor of MPM; last slopes of MPM and OTM."""
     found = []
     for name in ("mpm", "otm"):
         campaign = subset(campaigns["amplitude_floor"], method=name, status="ok")

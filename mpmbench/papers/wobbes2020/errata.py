@@ -1,4 +1,4 @@
-"""What the paper's equations do when they are taken as printed, and how max-ent can come out at order 1 to 2."""
+"""What the paper's equations do as printed, and how max-ent can come out at order 1 to 2."""
 
 from typing import Any
 
@@ -98,7 +98,7 @@ def variant_errors(campaigns: Campaigns, match: dict[str, Any]) -> list[Cell]:
 
 
 def norm_as_printed(campaigns: Campaigns, match: dict[str, Any]) -> list[Cell]:
-    """The norm of Eq. 102 as printed, without a square: the root of the magnitude of the mean error."""
+    """The norm of Eq. 102 as printed, without a square: the root of the mean error's size."""
     cells = []
     for n in CELLS:
         wanted = ("displacement", "displacement_exact")
@@ -208,7 +208,7 @@ def _curves(everything: list[tuple[str, str, list[Cell]]]) -> Figure:
 
 
 def _together(ends: list[tuple[float, str]]) -> list[tuple[float, str]]:
-    """Letters of curves that end within a factor of `CLOSE` of their neighbours as one label, with its place."""
+    """Letters of curves that end within a factor of `CLOSE` as one label, with its place."""
     groups: list[list[tuple[float, str]]] = []
     for value, letter in sorted(ends):
         if groups and value < CLOSE * groups[-1][-1][0]:

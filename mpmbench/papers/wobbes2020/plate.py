@@ -84,7 +84,7 @@ def fig9_chapter(campaigns: Campaigns) -> Chapter:
 
 
 def first_component(campaigns: Campaigns, match: dict[str, Any]) -> Cell:
-    """Relative RMS error of sigma_11, where the norm of the table takes all components in the plane."""
+    """Relative RMS error of sigma_11; the norm of the table takes all components."""
     whole = cell(campaigns, "fig9", RELATIVE_STRESS, **match)
     if not isinstance(whole.value, float):
         return Cell()

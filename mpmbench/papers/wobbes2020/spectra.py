@@ -1,4 +1,4 @@
-"""Stability limits on an infinite uniform grid, from the symbols of mass and stiffness of B-splines."""
+"""Stability limits on an infinite grid, from the symbols of mass and stiffness of B-splines."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What the chapters and claims on Wobbes et al. 2020 share: the paper's methods by name, and a few short cuts."""
+"""What the chapters and claims on Wobbes et al. share: the paper's methods, and short cuts."""
 
 from typing import Any
 
