@@ -203,29 +203,17 @@ def _study(
             for variant in sorted(variants, key=_sortable)
         ]
 
+    names = dict.fromkeys(variant_name(curve[2]) for curve in curves if curve[2])
+    ranks = {name: k for k, name in enumerate(names)}
     axis = _axis(along)
-    ranks = {
-        name: k
-        for k, name in enumerate(
-            dict.fromkeys(variant_name(curve[2]) for curve in curves if curve[2])
-        )
-    }
     series = []
     for method, basis, variant, files in curves:
         members = runs.loc[files].sort_values(
             "axis_value", ascending=axis.power != 1, kind="stable"
         )
-        rank, label = ranks.get(variant_name(variant), 0), series_name(method, basis)
-        series.append(
-            Series(
-                method,
-                basis,
-                variant,
-                rank,
-                ", ".join(filter(None, [label, variant_name(variant)])),
-                members,
-            )
-        )
+        name = variant_name(variant)
+        label = ", ".join(filter(None, [series_name(method, basis), name]))
+        series.append(Series(method, basis, variant, ranks.get(name, 0), label, members))
     return Study(problem, campaign, runs, axis, series)
 
 

@@ -1,6 +1,7 @@
 """The static cantilever: Figs. 5-7, and beyond them search radii, locality and load steps."""
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator
 
 from mpmbench.papers.iaconeta2017.support import METHODS, contours, history, look
@@ -21,9 +22,24 @@ from mpmbench.report.tables import Cell
 SIZES = (16, 32, 64, 128, 800)
 STEPS = (1, 2, 5, 10, 20, 50)
 ROOT = 2.0**0.5
-RADII = {"mls": (ROOT, 1.7, 2.0, 2.5, 3.0), "lme": (ROOT, 1.7, 2.0, 2.5, 3.0)}
+RADII = (ROOT, 1.7, 2.0, 2.5, 3.0)
 COST = ("error_tip", "solver_time")
-GAMMAS = (0.8, 1.8, 2.8)
+# colour, marker and match of each curve of error against cost
+CLOUDS: dict[str, tuple[str, str, dict[str, object]]] = {
+    "GMM-MLS": ("#CC79A7", "v", {"method": "gmm", "basis": "mls"}),
+    **{
+        f"GMM-LME, gamma = {gamma:g}": (
+            colour,
+            marker,
+            {"method": "gmm", "basis": "lme", "basis__gamma": gamma},
+        )
+        for gamma, colour, marker in (
+            (0.8, "#66c2a5", "d"),
+            (1.8, "#009E73", "D"),
+            (2.8, "#00553d", "s"),
+        )
+    },
+}
 
 
 def fields_chapter(campaigns: Campaigns) -> Chapter:
@@ -131,53 +147,10 @@ def radius_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter("radius", "Beyond the paper: search radius and locality")
     page.statement = "The paper uses R = sqrt(2) h and gamma = 1.8 throughout this example."
     figure, axes = panels(1, 2, 3.0)
-    files: list[str] = []
     rows = []
-    shades: dict[str, list[tuple[str, str, dict[str, object]]]] = {
-        "mls": [("GMM-MLS", "v", {"method": "gmm", "basis": "mls"})]
-    }
-    shades["lme"] = [
-        (f"GMM-LME, gamma = {g:g}", marker, {"method": "gmm", "basis": "lme", "basis__gamma": g})
-        for g, marker in zip(GAMMAS, ("d", "D", "s"), strict=True)
-    ]
-    colours = {"GMM-MLS": "#CC79A7"} | dict(
-        zip([name for name, *_ in shades["lme"]], ("#66c2a5", "#009E73", "#00553d"), strict=True)
-    )
-    for n, column in ((32, 0), (64, 1)):
-        for basis, curves in shades.items():
-            for name, marker, match in curves:
-                points = []
-                for radius in RADII[basis]:
-                    here = {**match, "basis__relative_radius": radius, "resolution": n}
-                    error, seconds = quantities(campaigns, "radius", COST, **here)
-                    if not isinstance(error.value, float):
-                        continue
-                    points.append((radius, error.value, seconds.value))
-                    files += error.files
-                    rows.append(
-                        [Cell(name), Cell(f"{radius:.3g}"), Cell(f"{8.0 / n:g}"), error, seconds]
-                    )
-                if not points:
-                    continue
-                found = np.array(points, dtype=float)
-                axes[0, column].loglog(
-                    found[:, 2] * 1e3, found[:, 1], marker, color=colours[name], label=name, ls="-"
-                )
-                for radius, error_value, seconds_value in points:
-                    text = f"{radius:.2g}"
-                    axes[0, column].annotate(text, (seconds_value * 1e3, error_value), fontsize=5, xytext=(2, 2),
-                                             textcoords="offset points")  # fmt: skip
-        fem = quantities(campaigns, "radius", COST, method="fem", resolution=n)
-        if all(isinstance(value.value, float) for value in fem):
-            axes[0, column].plot(
-                float(fem[1].value) * 1e3, float(fem[0].value), "o", color="#E69F00", label="UL-FEM"
-            )
-            rows.append([Cell("UL-FEM"), Cell(), Cell(f"{8.0 / n:g}"), *fem])
-        axes[0, column].set_xlabel("solver time [ms]")
-        axes[0, column].xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes[0, column].xaxis.set_major_formatter("{x:g}")
-        axes[0, column].xaxis.minorticks_off()
-        axes[0, column].set_title(f"h = {8.0 / n:g} m")
+    for axis, n in zip(axes[0], (32, 64), strict=True):
+        rows += _costs(axis, campaigns, n)
+    files = files_of(row[3] for row in rows if row[0].value != "UL-FEM")
     axes[0, 0].set_ylabel("relative error of the deflection")
     axes[0, 0].legend(fontsize=6)
     caption = "Numbers at the points are R / h. Moving least squares with R > sqrt(2) h are held by multipliers."
@@ -194,6 +167,38 @@ def radius_chapter(campaigns: Campaigns) -> Chapter:
         "that with R = sqrt(2) h."
     )
     return page
+
+
+def _costs(axis: Axes, campaigns: Campaigns, n: int) -> list[list[Cell]]:
+    """Draw error against time on one mesh, and return the rows of the table."""
+    rows = []
+    for name, (colour, marker, match) in CLOUDS.items():
+        points = []
+        for radius in RADII:
+            here = {**match, "basis__relative_radius": radius, "resolution": n}
+            error, seconds = quantities(campaigns, "radius", COST, **here)
+            if isinstance(error.value, float):
+                points.append((radius, error.value, 1e3 * seconds.value))
+                where = [Cell(f"{radius:.3g}"), Cell(f"{8.0 / n:g}")]
+                rows.append([Cell(name), *where, error, seconds])
+        if points:
+            _, errors, times = zip(*points, strict=True)
+            axis.loglog(times, errors, marker, color=colour, label=name, ls="-")
+        for radius, error_value, time in points:
+            place = (time, error_value)
+            text = f"{radius:.2g}"
+            axis.annotate(text, place, (2, 2), textcoords="offset points", fontsize=5)
+    fem = quantities(campaigns, "radius", COST, method="fem", resolution=n)
+    error_value, time = numbers(fem)
+    if np.isfinite([error_value, time]).all():
+        axis.plot(time * 1e3, error_value, "o", color="#E69F00", label="UL-FEM")
+        rows.append([Cell("UL-FEM"), Cell(), Cell(f"{8.0 / n:g}"), *fem])
+    axis.set_xlabel("solver time [ms]")
+    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.xaxis.set_major_formatter("{x:g}")
+    axis.xaxis.minorticks_off()
+    axis.set_title(f"h = {8.0 / n:g} m")
+    return rows
 
 
 def load_steps_chapter(campaigns: Campaigns) -> Chapter:

@@ -9,9 +9,16 @@ from mpmbench.papers.li2009.support import DENSITY, FIELDS, OTM, SHOCK, VELOCITY
 from mpmbench.papers.parts import along, files_of, finished, name_axes, panels, quantities, ticks
 from mpmbench.report import style
 from mpmbench.report.tables import Cell
+from mpmbench.results.records import Campaign
 
 PARTICLES = (1, 2, 3, 4, 6, 8)
 DENSITY_TICKS = (3e-4, 5e-4, 1e-3, 1.5e-3)  # [kg/m2]
+USUAL = {
+    "basis.gamma": 1.8,
+    "basis.locality": "convected",
+    "method.shape_functions": "updated",
+}
+UNITS = {"density": "kg/m$^3$", "displacement": "m", "velocity": "m/s", "acceleration": "m/s$^2$"}
 SHOWN_LENGTH = 0.018  # where something happens [m]
 
 
@@ -26,14 +33,8 @@ def exact_chapter(campaigns: Campaigns) -> Chapter:
     file, found = variables(campaigns, "fig4_3", *FIELDS, resolution=50)
     X, times = found["position_initial"][:, 0], found["snapshot_time"]
     line = np.linspace(0.0, X.max(), 240)
-    units = {
-        "density": "kg/m$^3$",
-        "displacement": "m",
-        "velocity": "m/s",
-        "acceleration": "m/s$^2$",
-    }
     figure, axes = panels(2, 2, 3.7, sharex=True)
-    for axis, (name, unit) in zip(axes.ravel(), units.items(), strict=True):
+    for axis, (name, unit) in zip(axes.ravel(), UNITS.items(), strict=True):
         for k, t in enumerate(times):
             axis.plot(
                 line,
@@ -45,9 +46,18 @@ def exact_chapter(campaigns: Campaigns) -> Chapter:
     name_axes(figure, "$X_1$ [m]")
     caption = "Exact fields at t = 0 (light) to 6 L/C (dark), with + log 2 in Eqs. 4.21a and 4.23b."
     page.draw("exact", "Fig. 4.2: exact fields", caption, figure, [])
+    _computed(page, file, found, line, _step(campaigns, file))
+    return page
+
+
+def _computed(
+    page: Chapter, file: str, found: dict[str, np.ndarray], line: np.ndarray, step: float
+) -> None:
+    """Computed fields against the exact ones on a line [m]; the last time step is `step` [s]."""
+    X, times = found["position_initial"][:, 0], found["snapshot_time"]
     figure, axes = panels(2, 3, 3.3, sharex=True)
     reference = found["volume"][0] / (SHOCK["rho"] / exact_shock(X, 0.0)["density"])
-    lag = 0.5 * _step(campaigns, file)  # a velocity lives half a step before its instant
+    lag = 0.5 * step  # a velocity lives half a step before its instant
     near = line[line < SHOWN_LENGTH]
     for k, face in zip(
         range(1, len(times), 2), ("white", "#f3c4a3", style.colour("otm")), strict=False
@@ -67,8 +77,8 @@ def exact_chapter(campaigns: Campaigns) -> Chapter:
             below.plot(
                 X[X < SHOWN_LENGTH], error, "D-", lw=0.6, color=style.colour("otm"), **points
             )
-            above.set_ylabel(f"{name} [{units[name]}]")
-            below.set_ylabel(f"error [{units[name]}]")
+            above.set_ylabel(f"{name} [{UNITS[name]}]")
+            below.set_ylabel(f"error [{UNITS[name]}]")
             below.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
     name_axes(figure, "$X_1$ [m]")
     instants = ", ".join(f"{1e3 * times[k]:.2f}" for k in range(1, len(times), 2))
@@ -77,7 +87,6 @@ def exact_chapter(campaigns: Campaigns) -> Chapter:
         "black: exact. Below the differences at the same points."
     )
     page.draw("computed", "Fig. 4.3: computed and exact fields", caption, figure, [file])
-    return page
 
 
 def _step(campaigns: Campaigns, file: str) -> float:
@@ -158,54 +167,40 @@ def mass_chapter(campaigns: Campaigns) -> Chapter:
         "The thesis derives a consistent form (3.89) and a lumped one with nodal velocities "
         "(3.92).",
     )
+    _by_mass(page, campaigns)
+    _all_methods(page, campaigns["shock_methods"])
+    return page
+
+
+def _by_mass(page: Chapter, campaigns: Campaigns) -> None:
+    """Errors of OTM by mass and transfer, and why runs fail."""
     rows = []
     for mass in ("lumped", "consistent"):
         for transfer in ("nodal", "position_difference"):
             for n in (1, 2):
                 match = OTM | {"mass": mass, "method__transfer": transfer, "particles_per_cell": n}
                 errors = quantities(campaigns, "mass_transfer", (VELOCITY, DENSITY), **match)
-                failed = isinstance(errors[0].value, str) and errors[0].files
-                why = (
-                    str(campaigns["mass_transfer"].runs.reason[errors[0].files[0]])
-                    if failed
-                    else ""
-                )
-                rows.append(
-                    [
-                        Cell(mass),
-                        Cell(transfer.replace("_", " ")),
-                        Cell(n),
-                        *errors,
-                        Cell(why.split(":")[0]),
-                    ]
-                )
-    columns = [
-        "mass",
-        "transfer",
-        "particles per cell",
-        "velocity error [m^1.5/s]",
-        "density error [kg/m2]",
-        "reason",
-    ]
+                why = ""
+                if isinstance(errors[0].value, str) and errors[0].files:
+                    why = str(campaigns["mass_transfer"].runs.reason[errors[0].files[0]])
+                head = [Cell(mass), Cell(transfer.replace("_", " ")), Cell(n)]
+                rows.append([*head, *errors, Cell(why.split(":")[0])])
+    columns = ["mass", "transfer", "particles per cell"]
+    columns += ["velocity error [m^1.5/s]", "density error [kg/m2]", "reason"]
     page.tabulate(
         "mass", "OTM with 50 cells, by mass and transfer", columns, rows, numeric=(2, 3, 4)
     )
-    runs, settings = campaigns["shock_methods"].runs, campaigns["shock_methods"].settings
+
+
+def _all_methods(page: Chapter, campaign: Campaign) -> None:
+    """Errors of every run, named by its method and by the settings of its basis that are unusual."""
+    runs, settings = campaign.runs, campaign.settings
     rows = []
     for file in runs.sort_values(["method", "basis"]).index:
         name = f"{runs.method[file]}, {runs.basis[file]}"
-        for key, usual in (
-            ("basis.gamma", 1.8),
-            ("basis.locality", "convected"),
-            ("method.shape_functions", "updated"),
-        ):
+        for key, usual in USUAL.items() if runs.basis[file] == "lme" else ():
             value = settings[key][file] if key in settings else None
-            if (
-                value is not None
-                and value == value
-                and value != usual
-                and runs.basis[file] == "lme"
-            ):
+            if value is not None and value == value and value != usual:
                 name += f", {key.partition('.')[2].replace('_', ' ')} {value}"
         done = runs.status[file] == "ok"
         errors = [
@@ -218,4 +213,3 @@ def mass_chapter(campaigns: Campaigns) -> Chapter:
     page.tabulate(
         "methods", "All methods, 50 cells, two particles per cell", columns, rows, numeric=(2, 3)
     )
-    return page
