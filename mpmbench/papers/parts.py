@@ -49,9 +49,9 @@ def name_axes(figure: Figure, x: str, y: str = "") -> None:
 
 
 def ticks(axes: Axes, values: Sequence[float]) -> None:
-    """Ticks of the first axis at these values and nowhere else, each written in full."""
+    """Ticks of the first axis at these values, each written in full; no minor ticks."""
     axes.set_xticks(values, [str(value) for value in values])
-    axes.xaxis.minorticks_off()
+    axes.minorticks_off()
 
 
 def along(

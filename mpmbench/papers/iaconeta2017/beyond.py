@@ -10,7 +10,6 @@ from mpmbench.papers.parts import (
     quantities,
     single,
     thinned,
-    ticks,
 )
 from mpmbench.report import style
 from mpmbench.report.tables import Cell
@@ -145,7 +144,8 @@ def patch_chapter(campaigns: Campaigns) -> Chapter:
     axes.loglog([8, 64], [4e-3, 5e-4], color="#888888", lw=0.8, label="slope 1")
     axes.set_xlabel("cells along the square")
     axes.set_ylabel("relative RMS displacement error")
-    ticks(axes, PATCH)
+    axes.set_xticks(PATCH, [str(n) for n in PATCH])
+    axes.xaxis.minorticks_off()
     axes.set_ylim(1e-4, 1e-2)
     axes.legend(fontsize=6)
     caption = (

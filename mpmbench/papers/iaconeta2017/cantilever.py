@@ -14,6 +14,7 @@ from mpmbench.papers.parts import (
     quantities,
     ratio,
     single,
+    ticks,
     with_digits,
 )
 from mpmbench.report import style
@@ -230,9 +231,8 @@ def load_steps_chapter(campaigns: Campaigns) -> Chapter:
         rows.append([Cell(label), *(with_digits(6, one) for one in shown)])
     axes.set_xlabel("number of load steps")
     axes.set_ylabel("change of the deflection [%]")
-    axes.set_xticks(STEPS, [str(n) for n in STEPS])
+    ticks(axes, STEPS)
     axes.legend(fontsize=6)
-    axes.minorticks_off()
     caption = "h = 0.25 m; change against one load step. Implicit MPM locates its particles anew after every step."
     page.draw("drift", "Drift with the number of load steps", caption, figure, files)
     columns = ["method", *(f"N = {n}" for n in STEPS), "N = 50 over N = 1"]

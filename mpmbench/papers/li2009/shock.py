@@ -147,7 +147,6 @@ def particles_chapter(campaigns: Campaigns) -> Chapter:
         axis.set_title("20 % irregular nodes" if share else "uniform nodes", pad=3)
         ticks(axis, PARTICLES)
         axis.set_yticks(DENSITY_TICKS, [f"{error:g}" for error in DENSITY_TICKS])
-        axis.minorticks_off()
     axes[0, 0].legend()
     name_axes(figure, "particles per cell", "density error [kg/m$^2$]")
     page.draw(
