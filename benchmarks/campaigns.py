@@ -9,7 +9,7 @@ from statistics import mean, median
 from time import perf_counter
 
 import mpmbench
-from mpmbench.settings.schema import shipped_folder
+from mpmbench.settings.files import shipped_folder
 
 ROUNDS = 5
 FEW, MANY = 1, 41  # runs of two sweeps, whose difference is free of what a command costs

@@ -13,7 +13,8 @@ from collections.abc import Iterable
 
 from mpmbench import __version__
 from mpmbench.settings.arguments import split
-from mpmbench.settings.schema import GROUPS, BadInput, experiments, options, shipped_folder
+from mpmbench.settings.files import shipped_folder
+from mpmbench.settings.schema import GROUPS, BadInput, experiments, options
 
 # A new command is one entry: its function takes the remaining arguments, returns the exit code, and
 # is imported on use.

@@ -17,8 +17,9 @@ import yaml
 
 from mpmbench.results.identity import NOT_PART_OF_A_RUN
 from mpmbench.results.netcdf import read_attributes
+from mpmbench.settings.files import read_yaml
 from mpmbench.settings.resolve import dotted
-from mpmbench.settings.schema import GROUPS, read_yaml
+from mpmbench.settings.schema import GROUPS
 
 DIRECTIVE = re.compile(r"^# reproduce: bisect ([\w.]+) to ([\d.e-]+)$", re.MULTILINE)
 SURVIVED = ("ok",)

@@ -12,7 +12,8 @@ from typing import Any
 
 from mpmbench.core.registry import PACKAGES
 from mpmbench.runs.process import isolation
-from mpmbench.settings.schema import PACKAGE, BadInput, declared, options
+from mpmbench.settings.files import PACKAGE
+from mpmbench.settings.schema import BadInput, declared, options
 
 TIME = 55.0  # [s] for everything
 LIMITS = {"setup": 40.0, "time": 40.0, "memory": None}  # of one check

@@ -26,15 +26,8 @@ from mpmbench.results import completion
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.reporting import build as build_report
 from mpmbench.runs.sweep.reporting import is_younger
-from mpmbench.settings.schema import (
-    PACKAGE,
-    BadInput,
-    did_you_mean,
-    experiments,
-    papers,
-    read_yaml,
-    shipped_folder,
-)
+from mpmbench.settings.files import PACKAGE, papers, read_yaml, shipped_folder
+from mpmbench.settings.schema import BadInput, did_you_mean, experiments
 
 AT_A_TIME = 2
 # A numerical failure is what some experiments are made to show: it is a result. These are not.

@@ -14,7 +14,8 @@ from mpmbench.results.provenance import machine
 from mpmbench.runs.process import isolation
 from mpmbench.runs.sweep import execute
 from mpmbench.runs.sweep.plan import LASTING
-from mpmbench.settings.schema import GROUPS, BadInput, check_types, did_you_mean, options
+from mpmbench.settings.resolve import check_types
+from mpmbench.settings.schema import GROUPS, BadInput, did_you_mean, options
 
 ROUNDING = (
     1e-9  # largest difference, relative to the largest value of a field, that counts as rounding

@@ -145,7 +145,10 @@ def as_number(value: Any, whole: bool) -> float | None:
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """``; did you mean ...?`` when something similar is known, else nothing."""
-    near = difflib.get_close_matches(word, list(known), 1, 0.6)
+    names = list(known)
+    near = difflib.get_close_matches(word, names, 1, 0.6)
+    if not near:  # a key without its group
+        near = [name for name in names if name.rpartition(".")[2] == word]
     return f"; did you mean {near[0]}?" if near else ""
 
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from types import ModuleType
 
 from mpmbench.papers.kit import Paper
-from mpmbench.settings.schema import PACKAGE, BadInput, papers
+from mpmbench.settings.files import PACKAGE, papers
+from mpmbench.settings.schema import BadInput
 
 
 def names() -> list[str]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.core.registry import PACKAGES, places, plugin_files, plugins_of
-from mpmbench.settings.schema import PACKAGE
+from mpmbench.settings.files import PACKAGE
 
 # What does not change a result, so that changing it makes no finished run worthless.
 NOT_PART_OF_A_RUN = (

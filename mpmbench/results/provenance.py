@@ -11,7 +11,7 @@ from typing import Any
 
 from mpmbench import __version__
 from mpmbench.results import identity
-from mpmbench.settings.schema import PACKAGE
+from mpmbench.settings.files import PACKAGE
 
 SCHEMA_VERSION = 1  # raised when a variable or an attribute of the result file changes its meaning
 LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "xarray", "netCDF4", "hydra-core")

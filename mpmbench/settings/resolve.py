@@ -5,13 +5,16 @@ from typing import Any
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from mpmbench.settings.files import read_yaml
 from mpmbench.settings.schema import (
     GROUPS,
     PROBLEM_DEFAULTS,
+    TOP_LEVEL,
     BadInput,
-    check_types,
+    declared,
+    declared_anywhere,
     experiments,
-    read_yaml,
+    unknown_key,
 )
 
 
@@ -82,3 +85,54 @@ def dotted(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:
         else:
             flat[f"{prefix}{key}"] = value
     return flat
+
+
+def refuse(key: str, value: Any, error: Exception) -> BadInput:
+    """The sentence about a value that does not fit."""
+    return BadInput(f"{key} = {'null' if value is None else value}: {error}")
+
+
+def check_types(config: dict[str, Any]) -> tuple[dict[str, Any], str]:
+    """The configuration with every value cast to its declared type, and why it does not apply, if so.
+
+    It does not apply when a key was given that another option of the group has, but not the chosen
+    one.
+
+    Raises
+    ------
+    BadInput
+        For a key that does not exist or a value of another type or, at the top level, range.
+    """
+    checked: dict[str, Any] = {}
+    for key, cast in TOP_LEVEL.items():
+        group, _, name = key.rpartition(".")
+        value = (config.get(group) or {}).get(name) if group else config.get(name)
+        if value is None and key in ("resolution", "time_step", "end_time", "particles_per_cell"):
+            raise BadInput(
+                f"{key}: problem={config['problem']['name']} has no default for it, so give a value"
+            )
+        try:
+            (checked.setdefault(group, {}) if group else checked)[name] = cast(value)
+        except ValueError as error:
+            raise refuse(key, value, error) from None
+    for key in config:
+        if key not in {*TOP_LEVEL, *GROUPS, "limits"}:
+            raise unknown_key(key)
+    reason = ""
+    for group in GROUPS:
+        option = config[group]["name"]
+        defaults = declared(group, option)
+        checked[group] = dict(config[group])
+        for name, value in config[group].items():
+            if name == "name":
+                continue
+            if name in defaults:
+                try:
+                    checked[group][name] = defaults[name].cast(value)
+                except ValueError as error:
+                    raise refuse(f"{group}.{name}", value, error) from None
+            elif name in declared_anywhere(group):
+                reason = reason or f"{group}={option} has no {name}"
+            else:
+                raise unknown_key(f"{group}.{name}")
+    return checked, reason

@@ -7,7 +7,8 @@ import pytest
 from mpmbench.commands import check
 from mpmbench.runs.hydra import compose
 from mpmbench.runs.process import scoring
-from mpmbench.settings.schema import PACKAGE, options
+from mpmbench.settings.files import PACKAGE
+from mpmbench.settings.schema import options
 from tests.runs.conftest import PLUGINS
 
 OUTSIDE = PLUGINS / "outside"

@@ -11,7 +11,8 @@ from mpmbench.runs.hydra.compose import in_one_sentence, resolved, with_hydra
 from mpmbench.runs.hydra.composer import Composer
 from mpmbench.runs.sweep import execute
 from mpmbench.settings import arguments
-from mpmbench.settings.schema import BadInput, all_keys, shipped_folder
+from mpmbench.settings.files import shipped_folder
+from mpmbench.settings.schema import BadInput, all_keys
 
 NUMBERS = st.one_of(
     st.integers(-3, 70).map(str),

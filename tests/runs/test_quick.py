@@ -5,7 +5,8 @@ from hydra import compose, initialize_config_dir
 
 from mpmbench.runs.hydra.compose import as_sweep, compose_many, resolved, with_hydra
 from mpmbench.runs.hydra.composer import Composer
-from mpmbench.settings.schema import BadInput, shipped_folder
+from mpmbench.settings.files import shipped_folder
+from mpmbench.settings.schema import BadInput
 
 ALIKE = [
     "",

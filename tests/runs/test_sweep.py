@@ -7,7 +7,7 @@ import pytest
 
 import mpmbench
 from mpmbench.results import identity, netcdf
-from mpmbench.settings.schema import PACKAGE
+from mpmbench.settings.files import PACKAGE
 from tests.runs.conftest import PLUGINS
 
 

@@ -6,102 +6,49 @@ import tempfile
 from collections.abc import Callable, Container, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import hydra
-from hydra._internal.core_plugins.file_config_source import FileConfigSource
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.global_hydra import GlobalHydra
-from hydra.core.object_type import ObjectType
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.plugins import Plugins
 from hydra.errors import HydraException, OverrideParseException
-from hydra.plugins.config_source import ConfigResult
 from hydra.plugins.search_path_plugin import SearchPathPlugin
 from hydra.plugins.sweeper import Sweeper
 from omegaconf import DictConfig, OmegaConf, open_dict
 from omegaconf.errors import OmegaConfBaseException
 
 from mpmbench.runs.hydra.composer import Composer
+from mpmbench.runs.hydra.source import SCHEME, OptionsSource
 from mpmbench.runs.sweep import launchers
 from mpmbench.runs.sweep.plan import Plan, make_plan, record_inapplicable
 from mpmbench.settings import resolve
+from mpmbench.settings.files import read_yaml, shipped_folder
 from mpmbench.settings.schema import (
     GROUPS,
     BadInput,
-    conf_folders,
     declared,
     declared_anywhere,
-    experiment_folders,
     experiments,
     options,
-    read_yaml,
-    shipped_folder,
 )
 
 
-class ExperimentsSource(FileConfigSource):
-    """Shows a folder of experiments as Hydra's group of them, that of a paper as a part of it."""
-
-    @staticmethod
-    def scheme() -> str:
-        """Its part of a search path entry."""
-        return "experiments"
-
-    @cached_property
-    def group(self) -> str:
-        """Where the folder is shown: ``experiments`` or ``experiments/<paper>``."""
-        return f"experiments/{experiment_folders().get(Path(self.path), '')}".rstrip("/")
-
-    def _inside(self, config_path: str) -> str | None:
-        """The place in the folder; None when Hydra asks for something else."""
-        ours = f"{config_path}/".startswith(f"{self.group}/")
-        return config_path[len(self.group) + 1 :] if ours else None
-
-    def load_config(self, config_path: str) -> ConfigResult:
-        """One experiment."""
-        return super().load_config(self._inside(config_path) or config_path)
-
-    def is_group(self, config_path: str) -> bool:
-        """Whether this is a folder of experiments, or on the way to one."""
-        inside = self._inside(config_path)
-        if inside is not None:
-            return bool(super().is_group(inside))
-        return config_path == "" or self.group.startswith(f"{config_path}/")
-
-    def is_config(self, config_path: str) -> bool:
-        """Whether this is an experiment."""
-        inside = self._inside(config_path)
-        return inside is not None and bool(super().is_config(inside))
-
-    def list(self, config_path: str, results_filter: ObjectType | None) -> list[str]:
-        """Experiments and folders of them."""
-        inside = self._inside(config_path)
-        if inside is not None:
-            return list(super().list(inside, results_filter))
-        if not self.is_group(config_path) or results_filter is ObjectType.CONFIG:
-            return []
-        return [self.group[len(config_path) :].strip("/").partition("/")[0]]
-
-
-class OptionFolders(SearchPathPlugin):
-    """Adds the experiments and the ``conf`` folders of plug-ins to Hydra's search path."""
+class SearchPath(SearchPathPlugin):
+    """Lets Hydra ask us for options and experiments before it looks for files."""
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
-        """Append the folders."""
-        for folder in experiment_folders():
-            search_path.append("mpmbench", f"experiments://{folder}")
-        for folder in conf_folders()[1:]:
-            search_path.append("mpmbench-plugins", f"file://{folder}")
+        """Put ourselves first."""
+        search_path.prepend("mpmbench", f"{SCHEME}://")
 
 
 def install() -> None:
     """Register the above with Hydra, and have sweeps validated by us."""
     plugins = Plugins.instance()
-    plugins.register(ExperimentsSource)
-    plugins.register(OptionFolders)
+    plugins.register(OptionsSource)
+    plugins.register(SearchPath)
     for sweeper in plugins.discover(Sweeper):
         sweeper.validate_batch_is_legal = plan_batch  # type: ignore[attr-defined]
 

@@ -13,7 +13,8 @@ from hydra.core.override_parser.types import Override
 from omegaconf import DictConfig, OmegaConf
 
 from mpmbench.settings import resolve
-from mpmbench.settings.schema import GROUPS, experiments, read_yaml
+from mpmbench.settings.files import read_yaml
+from mpmbench.settings.schema import GROUPS, experiments
 
 Resolved = tuple[dict[str, Any], str]
 

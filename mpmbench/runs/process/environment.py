@@ -8,7 +8,7 @@ from collections.abc import MutableMapping
 from pathlib import Path
 
 from mpmbench.results.identity import sources_hash
-from mpmbench.settings.schema import PACKAGE
+from mpmbench.settings.files import PACKAGE
 
 KEEP_DAYS = 30
 

@@ -9,7 +9,7 @@ from mpmbench.contracts import Check, Finding, bases, loops, materials, problems
 from mpmbench.core import registry
 from mpmbench.core.choices import Choices
 from mpmbench.core.materials import cauchy_stress
-from mpmbench.settings.schema import PACKAGE
+from mpmbench.settings.files import PACKAGE
 
 Cases = list[tuple[str, Any, dict[str, Check]]]  # label, case and its checks by name
 

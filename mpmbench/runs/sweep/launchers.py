@@ -12,7 +12,8 @@ from mpmbench.runs.process import environment, isolation
 from mpmbench.runs.sweep import execute
 from mpmbench.runs.sweep.ledger import LOOK_EVERY
 from mpmbench.runs.sweep.plan import Plan
-from mpmbench.settings.schema import GROUPS, PACKAGE, BadInput
+from mpmbench.settings.files import PACKAGE
+from mpmbench.settings.schema import GROUPS, BadInput
 
 SEQUENTIAL = ("basic", "")
 

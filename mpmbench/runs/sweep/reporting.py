@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from mpmbench.runs.sweep.display import shorten
-from mpmbench.settings.schema import PACKAGE
+from mpmbench.settings.files import PACKAGE
 
 
 def is_younger(page: Path, files: Iterable[Path]) -> bool:

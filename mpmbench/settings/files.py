@@ -1,0 +1,152 @@
+"""The files that settings are read from: YAML presets and experiments, ours and those of plug-ins."""
+
+import os
+import re
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from mpmbench.core.registry import PACKAGE, plugin_files, plugin_folders
+
+
+class BadInput(Exception):
+    """What the user gave cannot be run; the message is one sentence, the exit code 2 by default."""
+
+    def __init__(self, sentence: str, exit_code: int = 2) -> None:
+        printable = "".join(character if character.isprintable() else " " for character in sentence)
+        super().__init__(" ".join(printable.split()))
+        self.exit_code = exit_code
+
+
+class _Loader(yaml.CSafeLoader):
+    """YAML that reads 1e-5 as a number, as Hydra does."""
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(
+        r"^[-+]?(\d[\d_]*(\.[\d_]*)?([eE][-+]?\d+)?|\.\d[\d_]*([eE][-+]?\d+)?|\.(inf|Inf|nan|NaN))$"
+    ),
+    list("-+0123456789."),
+)
+
+
+@cache
+def read_yaml(path: Path) -> dict[str, Any]:
+    """Content of a YAML file.
+
+    Raises
+    ------
+    BadInput
+        When it is none, with the line.
+    """
+    try:
+        # CSafeLoader's own rules come first, so that whole numbers stay whole.
+        content = yaml.load(path.read_text(encoding="utf-8"), _Loader)
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        mark = getattr(error, "problem_mark", None)
+        place = f"{path}, line {mark.line + 1}" if mark else str(path)
+        raise BadInput(
+            f"{place}: not valid YAML: {getattr(error, 'problem', None) or error}"
+        ) from None
+    return content if isinstance(content, dict) else {}
+
+
+@cache
+def is_global(path: Path) -> bool:
+    """Whether a YAML file sets keys of the whole configuration, and not only those of its group."""
+    return "@package _global_" in path.read_text(encoding="utf-8")[:500]
+
+
+def shipped_folder(name: str) -> Path:
+    """`conf` or `experiments`: inside the package in a wheel, beside it in a checkout."""
+    inside = PACKAGE / name
+    return inside if inside.is_dir() else PACKAGE.parent / name
+
+
+def conf_folders() -> list[Path]:
+    """Our own folder of presets, then those of plug-ins."""
+    return _conf_folders(os.environ.get("MPMBENCH_PLUGINS", ""))
+
+
+@cache
+def _conf_folders(plugins: str) -> list[Path]:
+    return [
+        shipped_folder("conf"),
+        *(place / "conf" for place in plugin_folders() if (place / "conf").is_dir()),
+    ]
+
+
+def plugin_sources() -> list[Path]:
+    """The Python files of all plug-in folders."""
+    return _plugin_sources(os.environ.get("MPMBENCH_PLUGINS", ""))
+
+
+@cache
+def _plugin_sources(plugins: str) -> list[Path]:
+    return plugin_files()
+
+
+def presets(group: str) -> dict[str, Path]:
+    """Name and YAML file of the options of a group that have one."""
+    return {
+        file.stem: file
+        for folder in reversed(conf_folders())
+        for file in (folder / group).glob("*.yaml")
+    }
+
+
+def papers() -> dict[str, Path]:
+    """Name and file of every paper that has a report, ours and those of plug-ins, sorted.
+
+    The file is ``papers/<name>/__init__.py``, ``papers/<name>/paper.py`` or ``papers/<name>.py``,
+    and it has a line that begins with ``PAPER =``.
+
+    Raises
+    ------
+    BadInput
+        When two files bring a paper of the same name.
+    """
+    found: dict[str, Path] = {}
+    for folder in (PACKAGE, *plugin_folders()):
+        for pattern in ("*/__init__.py", "*/paper.py", "*.py"):
+            for file in sorted((folder / "papers").glob(pattern)):
+                if not re.search(r"^PAPER\b.*=", file.read_text(encoding="utf-8"), re.MULTILINE):
+                    continue
+                name = file.stem if pattern == "*.py" else file.parent.name
+                if name in found:
+                    raise BadInput(
+                        f"the paper {name} is there twice: in {found[name]} and in {file}"
+                    )
+                found[name] = file
+    return dict(sorted(found.items()))
+
+
+def experiment_folders() -> dict[Path, str]:
+    """Every folder of experiments, and what the names of its experiments begin with.
+
+    ``experiments`` beside `conf`, in it, and in the folders of plug-ins; a paper may hold its own
+    in ``papers/<name>/experiments``, which are then called ``<name>/...``.
+    """
+    places = [shipped_folder("experiments").parent, *conf_folders(), *plugin_folders()]
+    found = {place / "experiments": "" for place in places}
+    found |= {
+        file.parent / "experiments": f"{name}/"
+        for name, file in papers().items()
+        if file.parent.name == name
+    }
+    return {folder: prefix for folder, prefix in found.items() if folder.is_dir()}
+
+
+def experiments() -> dict[str, Path]:
+    """Name (with the folder, as in ``wobbes2020/fig6``) and file of every experiment, sorted."""
+    found = {
+        prefix + file.relative_to(folder).with_suffix("").as_posix(): file
+        for folder, prefix in experiment_folders().items()
+        for file in folder.rglob("*.yaml")
+        if "plugins"
+        not in file.relative_to(folder).parts  # options that an experiment brings along
+    }
+    return dict(sorted(found.items()))
