@@ -22,7 +22,7 @@ VERBS = {
     "list": (
         "mpmbench.commands.list:main",
         "[NAME]",
-        "what there is, or what applies to one problem",
+        "what there is, or what can be set for one option",
     ),
     "status": (
         "mpmbench.commands.status:main",
@@ -85,10 +85,13 @@ Choices
 
 Keys, with their defaults (null: the problem brings a value) and units
 {keys}
-Keys below a choice, such as basis.d_max or material.young_modulus, stand in
-conf/<choice>/<name>.yaml; --cfg job prints all values of a run without running it. Exit codes: 0
-fine, 1 some run failed, 2 bad input.
+{chosen}
+--cfg job prints all values of a run without running it. Exit codes: 0 fine, 1 some run failed, 2
+bad input.
 """
+KEYS_BELOW = """\
+Keys below a choice, such as basis.d_max: `list maxent` or `--help basis=maxent` shows them with their
+defaults, units and ranges."""
 SHOW_ONLY = {"--cfg", "-c", "--info", "-i", "-sc", "--shell-completion", "--hydra-help"}
 FULL_OR_FORBIDDEN = {
     errno.ENOSPC,
@@ -133,7 +136,7 @@ def main(arguments: list[str] | None = None) -> int:
 def dispatch(arguments: list[str]) -> int:
     """Find out what is wanted."""
     if "--help" in arguments or "-h" in arguments:
-        print(help_text())
+        print(help_text(arguments))
         return 0
     if "--version" in arguments:
         print(__version__)
@@ -147,8 +150,16 @@ def dispatch(arguments: list[str]) -> int:
     return run(flags, pairs)
 
 
-def help_text() -> str:
-    """What ``--help`` prints."""
+def help_text(arguments: list[str]) -> str:
+    """What ``--help`` prints: all that is general, and the keys of the options that were given."""
+    from mpmbench.settings.words import keys_of
+
+    given = [argument.split("=", 1) for argument in arguments if "=" in argument]
+    chosen = [
+        "\n".join([f"Keys of {group}={name}", *keys_of(group, name), ""])
+        for group, name in given
+        if group in GROUPS and name in options(group)
+    ]
     lines = (
         (shipped_folder("conf") / "config.yaml")
         .read_text(encoding="utf-8")
@@ -165,6 +176,7 @@ def help_text() -> str:
             f"  {line}\n" if line else ""
             for line in lines.split("\n# For experiments")[0].splitlines()
         ),
+        chosen="\n".join(chosen) or KEYS_BELOW,
     )
 
 

@@ -45,7 +45,7 @@ def read(config: Config) -> Case:
     method = dict(config["method"])
     choices = _instantiate("method", Choices, method)
     built = {kind: _plugin(kind, config[kind]) for kind in ("problem", "basis", "material")}
-    if hasattr(built["problem"], "random_seed"):
+    if any(field.name == "random_seed" for field in fields(built["problem"])):
         built["problem"] = replace(built["problem"], random_seed=int(config.get("seed", 0)))
     resolution, per_cell = int(config["resolution"]), int(config["particles_per_cell"])
     require(resolution >= 1, "resolution", config["resolution"], "a whole number >= 1")

@@ -13,7 +13,7 @@ from typing import Any
 from mpmbench.core.registry import PACKAGES
 from mpmbench.runs.process import isolation
 from mpmbench.settings.files import PACKAGE
-from mpmbench.settings.schema import BadInput, declared, options
+from mpmbench.settings.schema import BadInput, composed, options
 
 TIME = 55.0  # [s] for everything
 LIMITS = {"setup": 40.0, "time": 40.0, "memory": None}  # of one check
@@ -107,11 +107,11 @@ def ask(*request: Any, deadline: float) -> Any:
 
 
 def declaration(kind: str, name: str) -> str:
-    """What is wrong with the YAML file of a plug-in; empty when nothing is."""
+    """What is wrong with what a plug-in declares; empty when nothing is."""
     if name not in options(kind):
-        return f"conf/{kind}/{name}.yaml is missing beside it"
+        return f"conf/{kind}/{name}.yaml, the preset of the method, is missing beside it"
     try:
-        given = declared(kind, name).get("name")
+        given = composed(kind, name)[kind]["name"]
     except BadInput as error:
         return str(error)
     return "" if given == name else f"conf/{kind}/{name}.yaml has name: {given}, not {name}"

@@ -1,58 +1,50 @@
-"""The command ``list``: what there is, and what applies to a problem."""
+"""The command ``list``: what there is, what can be set, and what applies to a problem."""
 
-import re
-import shutil
-import textwrap
-from pathlib import Path
-
-from mpmbench.settings.schema import GROUPS, BadInput, did_you_mean, experiments, options
+from mpmbench.settings.schema import (
+    GROUPS,
+    BadInput,
+    comment,
+    description,
+    did_you_mean,
+    experiments,
+    options,
+)
+from mpmbench.settings.words import in_columns, keys_of
 
 PLURALS = {"method": "methods", "basis": "bases", "material": "materials", "problem": "problems"}
 
 
-def description(file: Path) -> str:
-    """The first sentence of the comment at the top of a YAML file."""
-    lines = [
-        line.lstrip("# ").strip()
-        for line in file.read_text(encoding="utf-8").splitlines()
-        if line.startswith("#")
-    ]
-    text = " ".join(line for line in lines if line and not line.startswith("@"))
-    return re.split(r"(?<=\.)(?<!\bSt\.) +(?=[A-Z])", text, maxsplit=1)[0]
-
-
-def show(title: str, files: dict[str, Path]) -> None:
-    """Print names and descriptions below each other."""
-    print(title)
-    column = max(map(len, files), default=0) + 4
-    for name, file in files.items():
-        width = max(60, shutil.get_terminal_size((120, 24)).columns)
-        print(
-            textwrap.fill(
-                f"  {name:<{column - 2}}{description(file)}", width, subsequent_indent=" " * column
-            )
-        )
+def show(title: str, sentences: dict[str, str]) -> None:
+    """Print names and sentences about them below each other."""
+    print("\n".join([title, *in_columns(sentences)]))
 
 
 def main(arguments: list[str]) -> int:
-    """``list``, or ``list PROBLEM``."""
+    """``list``, or ``list NAME``."""
     if len(arguments) > 1:
-        raise BadInput("list: one problem at most is needed")
+        raise BadInput("list: one name at most is needed")
     if arguments:
-        return applicability(arguments[0])
+        return show_option(arguments[0])
     for group in GROUPS:
-        show(PLURALS[group], options(group))
-    show("experiments", experiments())
-    print("\n`list PROBLEM` tells which methods and bases apply to a problem.")
+        show(PLURALS[group], {name: description(group, name) for name in options(group)})
+    show("experiments", {name: comment(file) for name, file in experiments().items()})
+    print("\n`list NAME` tells what can be set, and for a problem which methods and bases apply.")
     return 0
+
+
+def show_option(name: str) -> int:
+    """What can be set for an option, and for a problem which methods and bases apply to it."""
+    groups = [group for group in GROUPS if name in options(group)]
+    if not groups:
+        known = [option for group in GROUPS for option in options(group)]
+        raise BadInput(f"list {name}: there is no such option{did_you_mean(name, known)}")
+    for group in groups:
+        print("\n".join([description(group, name), *keys_of(group, name)]))
+    return applicability(name) if "problem" in groups else 0
 
 
 def applicability(problem: str) -> int:
     """Table of the methods and bases that apply to a problem, with the reasons of those that do not."""
-    if problem not in options("problem"):
-        raise BadInput(
-            f"list {problem}: there is no such problem{did_you_mean(problem, options('problem'))}"
-        )
     from mpmbench.runs.process import isolation
     from mpmbench.runs.sweep import execute
 

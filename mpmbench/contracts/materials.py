@@ -1,6 +1,6 @@
 """The contract of a material: stress and energy belong together, rotations change nothing, small strains are linear."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -14,14 +14,14 @@ from mpmbench.core.materials import cauchy_stress, energy_density
 
 @dataclass(frozen=True)
 class MaterialCase:
-    """A material with its default settings, in one to three dimensions."""
+    """A material with typical settings, in one to three dimensions."""
 
     name: str
     dimension: int
 
     @property
     def material(self) -> Any:
-        return registry.get("material", self.name)()
+        return typical(self.name)
 
     def deformations(self) -> list[np.ndarray]:
         """Deformation gradients, shape (dim, dim) each: moderate ones, small and compressive if the law has a limit."""
@@ -31,6 +31,13 @@ class MaterialCase:
             mean * np.eye(self.dimension) + spread * rng.standard_normal((self.dimension,) * 2)
             for _ in range(5)
         ]
+
+
+def typical(name: str) -> Any:
+    """A material with its defaults, but a Poisson's ratio that lets all terms count."""
+    plugin = registry.get("material", name)
+    keys = {field.name for field in fields(plugin)}
+    return plugin(poisson_ratio=0.3) if "poisson_ratio" in keys else plugin()
 
 
 def cases(name: str) -> list[MaterialCase]:

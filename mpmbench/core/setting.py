@@ -1,8 +1,8 @@
 """A setting is declared once, in the line of its field: default, sentence, unit and range.
 
-``d_max: float = setting(2.0, "radius of a support over the spacing", unit="-", above=1.0, most=10.0)``
-in a dataclass that derives from `Settings`. The arguments are literals, since the command line reads
-them from the text of the file, without importing it.
+``d_max: float = setting(2.0, "radius of a support", unit="-", above=1.0, most=10.0)`` stands in a
+dataclass that derives from `Settings`. The arguments are literals, since the command line reads them
+from the text of the file, without importing it.
 """
 
 import difflib
@@ -72,6 +72,11 @@ class Setting:
             return f"from {lower:g} to less than {self.below:g}"
         return f"of at least {lower:g}" if upper is None else f"from {lower:g} to {upper:g}"
 
+    def needed(self, value: Any) -> str:
+        """What is needed instead of a value: a finite number, or what is allowed."""
+        infinite = isinstance(value, float) and math.isinf(value)
+        return "a finite number" if infinite and self.options is None else self.allowed
+
     def hint(self, value: Any) -> str:
         """``; did you mean ...?`` when an option is similar to what was given."""
         return did_you_mean(str(value), map(str, self.options or ()))
@@ -98,7 +103,7 @@ class Setting:
                 and (self.below is None or given < self.below)
             )
         if not fits:
-            raise ValueError(f"{self.allowed} is needed{self.hint(value)}")
+            raise ValueError(f"{self.needed(value)} is needed{self.hint(value)}")
         return given
 
 
@@ -171,7 +176,7 @@ def setting(
 
 
 def declared(cls: type) -> dict[str, Setting]:
-    """Settings of a dataclass by key; a plain default in a derived class changes nothing but the default."""
+    """Settings of a dataclass by key; a plain default in a derived class changes only that."""
     found: dict[str, Setting] = {}
     for one in reversed(cls.__mro__):
         for key, place in one.__dict__.get("__dataclass_fields__", {}).items():
@@ -183,7 +188,7 @@ def declared(cls: type) -> dict[str, Setting]:
 
 
 class Settings:
-    """Base of the dataclasses that are registered: an object of it has only values that are allowed."""
+    """Base of the registered dataclasses: an object has only values that are allowed."""
 
     def __post_init__(self) -> None:
         for key, one in declared(type(self)).items():
@@ -191,7 +196,7 @@ class Settings:
             try:
                 one.cast(value)
             except ValueError:
-                raise BadSetting(key, value, one.allowed, one.hint(value)) from None
+                raise BadSetting(key, value, one.needed(value), one.hint(value)) from None
         self.check_together()
 
     def check_together(self) -> None:

@@ -4,7 +4,8 @@ A file goes in a fixed order: equations and source, parameters, geometry, initia
 conditions, exact solution, quantities of interest.
 
 A plug-in is a dataclass of its parameters, registered with ``@register("problem", name)``, that
-fulfils `Problem`; `Defaults` fills in what a problem does not have.
+derives from `Problem`. A field ``random_seed: int = 0`` declares that the problem is random; it is no
+key, but takes the value of the key ``seed``.
 """
 
 from collections.abc import Callable
@@ -16,13 +17,14 @@ from mpmbench.core.choices import Choices
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.materials import Material
 from mpmbench.core.particles import Particles, per_axis
+from mpmbench.core.setting import Settings
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import Loads, State
 
 Fields = dict[str, np.ndarray]
 
 
-class Problem:
+class Problem(Settings):
     """Base of all problems: what most of them share. A problem overrides what it needs.
 
     Attributes

@@ -12,52 +12,52 @@ from typing import ClassVar
 import numpy as np
 
 from mpmbench.core.choices import Choices
-from mpmbench.core.errors import NotApplicable, require, require_option
+from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box
 from mpmbench.core.materials import Material
 from mpmbench.core.materials.neo_hookean import NeoHookean
 from mpmbench.core.materials.small_strain_elastic import SmallStrainElastic
 from mpmbench.core.particles import seed_cells
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 from mpmbench.core.state import Loads
 from mpmbench.problems import Fields, Problem
 
 DOMAIN = 1.25  # length of the grid of methods with fixed nodes [m]
-LAYOUTS = ("midpoint", "gauss", "aligned")
 
 
 @register("problem", "bar_dynamic_traction")
 @dataclass(frozen=True)
 class BarDynamicTraction(Problem):
-    """Parameters of the bar.
+    """Neo-Hookean bar with a dynamic traction at its free end, Wobbes et al. 2020, Sect. 8.2.
 
-    Parameters
-    ----------
-    traction_amplitude : float
-        A [Pa].
-    domain_cells : int or None
-        Cells of the fixed grid on 1.25 m, so that 1 m need not be a whole number of them; moving
-        nodes then use the nearest number of cells on the bar. Without it, `resolution` cells on the
-        bar.
-    particle_layout : {"midpoint", "gauss", "aligned"}
-        Uniform over the bar, Gauss points of its cells, or at the midpoints of the sub-cells of the
-        grid.
+    With `domain_cells`, the bar need not be a whole number of cells of the fixed grid; moving nodes
+    then use the nearest number of cells on the bar.
     """
 
-    traction_amplitude: float = -1.0
-    domain_cells: int | None = None
-    particle_layout: str = "midpoint"
+    traction_amplitude: float = setting(
+        -1.0, "A in tau(t) = A sin(pi t / l); negative: compression first", unit="Pa"
+    )
+    domain_cells: int | None = setting(
+        None,
+        "whole number of cells of the fixed grid on 1.25 m; null: resolution cells on 1 m",
+        unit="-",
+        least=2,
+    )
+    particle_layout: str = setting(
+        "midpoint",
+        "uniform over the bar, Gauss points, or aligned with the grid's cells",
+        options=("midpoint", "gauss", "aligned"),
+    )
     dimension: ClassVar[int] = 1
     reference_length: ClassVar[float] = 1.0
 
-    def __post_init__(self) -> None:
-        A, cells = self.traction_amplitude, self.domain_cells
-        require(bool(np.isfinite(A)), "traction_amplitude", A, "a finite number [Pa]")
-        whole = cells is None or (cells >= 2 and cells == int(cells))
-        require(whole, "domain_cells", cells, "null or a whole number >= 2")
+    def check_together(self) -> None:
+        cells = self.domain_cells
+        whole = cells is None or cells == int(cells)
+        require(whole, "domain_cells", cells, "null or a whole number of at least 2")
         if cells is not None:  # a number from a file may come as 80.0
             object.__setattr__(self, "domain_cells", int(cells))
-        require_option("particle_layout", self.particle_layout, LAYOUTS)
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         if (

@@ -12,11 +12,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mpmbench.core.choices import Choices
-from mpmbench.core.errors import NotApplicable, require, require_option
+from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box
 from mpmbench.core.materials import Material
-from mpmbench.core.particles import LAYOUTS, seed_cells
+from mpmbench.core.particles import seed_cells
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import Loads, State
 from mpmbench.problems import Problem
@@ -34,35 +35,24 @@ ROOM = (
 @register("problem", "cantilever_dynamic")
 @dataclass(frozen=True)
 class CantileverDynamic(Problem):
-    """Parameters of the falling cantilever.
+    """Cantilever falling under suddenly applied gravity, plane strain, with large rotations.
 
-    Parameters
-    ----------
-    gravity : float
-        Weight per unit mass g [m/s^2].
-    initial_acceleration : {"zero", "gravity"}
-        Acceleration of the particles at t = 0: Newmark's method rings for ever after it, and
-        remembers it.
-    particle_layout : {"gauss", "midpoint"}
+    Newmark's method rings for ever after the acceleration of the particles at t = 0, and remembers it.
     """
 
-    gravity: float = 10.0
-    initial_acceleration: str = "zero"
-    particle_layout: str = "gauss"
+    gravity: float = setting(10.0, "weight per unit mass", unit="m/s2", above=0.0, below=1.0e4)
+    initial_acceleration: str = setting(
+        "zero", "of the particles, for Newmark's method", options=("zero", "gravity")
+    )
+    particle_layout: str = setting(
+        "gauss",
+        "Gauss points of the cells, or middles of equal sub-cells",
+        options=("gauss", "midpoint"),
+    )
     dimension: ClassVar[int] = 2
     reference_length: ClassVar[float] = 4.0
     height: ClassVar[float] = 1.0
     samples: ClassVar[int] = 1200
-
-    def __post_init__(self) -> None:
-        require(
-            0.0 < self.gravity < 1e4,
-            "gravity",
-            self.gravity,
-            "a positive number [m/s2], less than 10000",
-        )
-        require_option("initial_acceleration", self.initial_acceleration, ("zero", "gravity"))
-        require_option("particle_layout", self.particle_layout, LAYOUTS)
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         require(

@@ -13,11 +13,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mpmbench.core.choices import Choices
-from mpmbench.core.errors import NotApplicable, require, require_option
+from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box
 from mpmbench.core.materials import Material
-from mpmbench.core.particles import LAYOUTS, seed_cells
+from mpmbench.core.particles import seed_cells
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import Loads, State
 from mpmbench.problems import Problem
@@ -32,39 +33,23 @@ ROOM_BELOW, ROOM_BEYOND = (
 @register("problem", "cantilever_self_weight")
 @dataclass(frozen=True)
 class CantileverSelfWeight(Problem):
-    """Parameters of the cantilever.
+    """Static cantilever under its own weight, plane strain, Iaconeta et al. 2017, Sect. 5.1.
 
-    Parameters
-    ----------
-    gravity : float
-        Weight per unit mass g [m/s^2].
-    load_steps : int
-        Number of equal steps in which gravity is applied.
-    particle_layout : {"gauss", "midpoint"}
-        Gauss points of the cells, as in the paper, or middles of equal sub-cells.
+    Time is the load factor.
     """
 
-    gravity: float = 9.81
-    load_steps: int = 1
-    particle_layout: str = "gauss"
+    gravity: float = setting(9.81, "weight per unit mass", unit="m/s2", above=0.0, below=1.0e4)
+    load_steps: int = setting(
+        1, "equal steps in which gravity is applied", unit="-", least=1, most=10000
+    )
+    particle_layout: str = setting(
+        "gauss",
+        "Gauss points of the cells, or middles of equal sub-cells",
+        options=("gauss", "midpoint"),
+    )
     dimension: ClassVar[int] = 2
     reference_length: ClassVar[float] = 8.0
     height: ClassVar[float] = 1.0
-
-    def __post_init__(self) -> None:
-        require(
-            0.0 < self.gravity < 1e4,
-            "gravity",
-            self.gravity,
-            "a positive number [m/s2], less than 10000",
-        )
-        require(
-            1 <= self.load_steps <= 10000,
-            "load_steps",
-            self.load_steps,
-            "a whole number from 1 to 10000",
-        )
-        require_option("particle_layout", self.particle_layout, LAYOUTS)
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         require(

@@ -11,12 +11,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mpmbench.core.choices import Choices
-from mpmbench.core.errors import Diverged, NotApplicable, require, require_option
+from mpmbench.core.errors import Diverged, NotApplicable, require
 from mpmbench.core.geometry import Box, Cloud, Geometry
 from mpmbench.core.geometry.triangulate import irregular_line, nodal_volumes, seed_segments
 from mpmbench.core.materials import Material
 from mpmbench.core.materials.small_strain_elastic import SmallStrainElastic
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
 from mpmbench.core.transfer import p2g_mass, p2g_momentum, strain_energy
@@ -29,44 +30,25 @@ LOST = 10.0  # a tip displaced this many times more than the exact one belongs t
 @register("problem", "elastic_bar_tension")
 @dataclass(frozen=True)
 class ElasticBarTension(Problem):
-    """Parameters of the bar.
+    """Elastic bar whose right quarter starts with a velocity, Li 2009, Sect. 4.2.2."""
 
-    Parameters
-    ----------
-    end_velocity : float
-        Initial velocity v_0 of the right quarter [m/s].
-    irregularity : float
-        Nodes are displaced at random by up to this share of their spacing; the ends stay.
-    particle_layout : {"midpoint", "nodes"}
-        Midpoints of equal parts of the segments between nodes, or the nodes themselves (nodal
-        integration, SPH), whatever the number of particles per cell.
-    random_seed : int
-        Of the irregular nodes.
-    """
-
-    end_velocity: float = 5.0
-    irregularity: float = 0.0
-    particle_layout: str = "midpoint"
+    end_velocity: float = setting(5.0, "of the right quarter at t = 0, not 0", unit="m/s")
+    irregularity: float = setting(
+        0.0, "random displacement of nodes over their spacing", unit="-", least=0.0, most=0.4
+    )
+    particle_layout: str = setting(
+        "midpoint",
+        "of equal parts of the segments between nodes, or the nodes",
+        options=("midpoint", "nodes"),
+    )
     random_seed: int = 0
     dimension: ClassVar[int] = 1
     reference_length: ClassVar[float] = 0.1333
     samples: ClassVar[int] = 1000
 
-    def __post_init__(self) -> None:
+    def check_together(self) -> None:
         v0 = self.end_velocity
-        require(
-            bool(np.isfinite(v0)) and v0 != 0.0,
-            "end_velocity",
-            v0,
-            "a finite number other than 0 [m/s]",
-        )
-        require(
-            0.0 <= self.irregularity <= 0.4,
-            "irregularity",
-            self.irregularity,
-            "a number from 0 to 0.4",
-        )
-        require_option("particle_layout", self.particle_layout, ("midpoint", "nodes"))
+        require(v0 != 0.0, "end_velocity", v0, "a number other than 0")
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         if choices.time == "sph" and self.particle_layout != "nodes":

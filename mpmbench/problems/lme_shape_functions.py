@@ -10,12 +10,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mpmbench.core.choices import Choices
-from mpmbench.core.errors import NotApplicable, SolverFailure, require
+from mpmbench.core.errors import NotApplicable, SolverFailure
 from mpmbench.core.geometry import Box, Cloud, Geometry, tensor_points
 from mpmbench.core.geometry.triangulate import jittered
 from mpmbench.core.materials import Material
 from mpmbench.core.particles import Particles
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
 from mpmbench.problems import Problem
@@ -24,54 +25,34 @@ from mpmbench.problems import Problem
 @register("problem", "lme_shape_functions")
 @dataclass(frozen=True)
 class ShapeFunctions(Problem):
-    """Parameters of the study.
+    """Local max-ent functions on 11 x 11 nodes: values, derivatives, Newton's steps; Li 2009, Sect. 2.2.
 
-    Parameters
-    ----------
-    irregularity : float
-        Nodes are displaced at random by up to this share of their spacing; those on the boundary
-        stay on it.
-    samples_per_axis : int
-        The functions are evaluated at a square of so many points a side.
-    margin : float
-        Distance of the outermost samples from the boundary [m]; the spacing of the nodes is 1 m for
-        resolution 10.
-    metric_stretch : float
-        Samples carry the deformation gradient diag(s, 1/s), which a convected locality takes for
-        its metric.
-    random_seed : int
-        Of the irregular nodes.
+    The spacing of the nodes is 1 m for resolution 10.
     """
 
-    irregularity: float = 0.3
-    samples_per_axis: int = 41
-    margin: float = 0.05
-    metric_stretch: float = 1.0
+    irregularity: float = setting(
+        0.3, "random displacement of nodes over their spacing", unit="-", least=0.0, most=0.4
+    )
+    samples_per_axis: int = setting(
+        41,
+        "the functions are evaluated at a square of so many points a side",
+        unit="-",
+        least=2,
+        most=1000,
+    )
+    margin: float = setting(
+        0.05, "distance of the outermost samples from the boundary", unit="m", least=0.0, below=5.0
+    )
+    metric_stretch: float = setting(
+        1.0,
+        "s: samples carry F = diag(s, 1/s), the metric of a convected locality",
+        unit="-",
+        least=0.1,
+        most=10.0,
+    )
     random_seed: int = 0
     dimension: ClassVar[int] = 2
     reference_length: ClassVar[float] = 10.0
-
-    def __post_init__(self) -> None:
-        require(
-            0.0 <= self.irregularity <= 0.4,
-            "irregularity",
-            self.irregularity,
-            "a number from 0 to 0.4",
-        )
-        n, margin = self.samples_per_axis, self.margin
-        require(2 <= n <= 1000, "samples_per_axis", n, "a whole number from 2 to 1000")
-        require(
-            0.0 <= margin < 0.5 * self.reference_length,
-            "margin",
-            margin,
-            "a length from 0 to less than 5 [m]",
-        )
-        require(
-            0.1 <= self.metric_stretch <= 10.0,
-            "metric_stretch",
-            self.metric_stretch,
-            "a number from 0.1 to 10",
-        )
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         if basis not in ("lme", "maxent"):

@@ -18,6 +18,7 @@ from mpmbench.core.geometry import Cloud
 from mpmbench.core.geometry.triangulate import jittered, seed_triangles, triangulation
 from mpmbench.core.materials import Material
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 from mpmbench.core.state import Loads, State
 from mpmbench.problems import Fields, Problem
 
@@ -27,35 +28,27 @@ GRADIENT = np.array([[1.0, 0.5], [-0.3, -0.7]])  # A / strain
 @register("problem", "patch_test")
 @dataclass(frozen=True)
 class PatchTest(Problem):
-    """Parameters of the patch.
+    """Patch test on an irregular triangulation: the integration error of meshfree functions.
 
-    Parameters
-    ----------
-    strain : float
-        Scale of the displacement gradient; its largest component.
-    jitter : float
-        Largest displacement of inner nodes from a regular grid, in cells, less than 0.5.
-    jitter_seed : int
-        For the random displacements.
+    Time is the load factor.
     """
 
-    strain: float = 0.1
-    jitter: float = 0.3
-    jitter_seed: int = 0
+    strain: float = setting(
+        0.1, "largest component of the displacement gradient, not 0", unit="-", least=-0.5, most=0.5
+    )
+    jitter: float = setting(
+        0.3,
+        "largest displacement of inner nodes from a regular grid, in cells",
+        unit="-",
+        least=0.0,
+        below=0.5,
+    )
+    random_seed: int = 0
     dimension: ClassVar[int] = 2
     reference_length: ClassVar[float] = 1.0
 
-    def __post_init__(self) -> None:
-        require(
-            0.0 < abs(self.strain) <= 0.5,
-            "strain",
-            self.strain,
-            "a number from -0.5 to 0.5 other than 0",
-        )
-        require(0.0 <= self.jitter < 0.5, "jitter", self.jitter, "a number from 0 to less than 0.5")
-        require(
-            self.jitter_seed >= 0, "jitter_seed", self.jitter_seed, "a whole number of at least 0"
-        )
+    def check_together(self) -> None:
+        require(self.strain != 0.0, "strain", self.strain, "a number other than 0")
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         require(resolution >= 2, "resolution", resolution, "a whole number of at least 2")
@@ -78,7 +71,7 @@ class PatchTest(Problem):
         line = np.linspace(0.0, 1.0, resolution + 1)
         x, y = (part.ravel() for part in np.meshgrid(line, line, indexing="ij"))
         nodes = np.stack([x, y], axis=1)
-        nodes = jittered(nodes, 1.0 / resolution, self.jitter, self.fixed(nodes), self.jitter_seed)
+        nodes = jittered(nodes, 1.0 / resolution, self.jitter, self.fixed(nodes), self.random_seed)
         return Cloud(nodes, triangulation(nodes, 1.0), spacing=1.0 / resolution)
 
     def nodes(self, resolution: int, choices: Choices) -> Cloud:

@@ -12,13 +12,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mpmbench.core.choices import Choices
-from mpmbench.core.errors import NotApplicable, require, require_option
+from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Box, Geometry
 from mpmbench.core.geometry.triangulate import irregular_line, nodal_volumes, seed_segments
 from mpmbench.core.materials import Material
 from mpmbench.core.materials.elastic_fluid import ElasticFluid
 from mpmbench.core.particles import Particles
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
 from mpmbench.core.transfer import p2g_internal_force
@@ -30,33 +31,20 @@ UNSTABLE = 100.0  # growth beyond this is an instability: what is bounded oscill
 @register("problem", "prestretched_bar")
 @dataclass(frozen=True)
 class PrestretchedBar(Problem):
-    """Parameters of the bar.
+    """Bar held stretched and disturbed by next to nothing: tensile instability, Li 2009, Sect. 4.2."""
 
-    Parameters
-    ----------
-    stretch : float
-        Initial stretch, 0.2 to 5.
-    velocity_noise : float
-        Amplitude of the random initial velocity [m/s].
-    particle_layout : {"midpoint", "nodes"}
-        Midpoints of equal parts of the segments between nodes, or the nodes themselves, whatever
-        the number of particles per cell.
-    random_seed : int
-        Of the velocity.
-    """
-
-    stretch: float = 1.5
-    velocity_noise: float = 1e-10
-    particle_layout: str = "midpoint"
+    stretch: float = setting(1.5, "at the start", unit="-", least=0.2, most=5.0)
+    velocity_noise: float = setting(
+        1e-10, "amplitude of the random initial velocity", unit="m/s", above=0.0, below=1e-3
+    )
+    particle_layout: str = setting(
+        "midpoint",
+        "of equal parts of the segments between nodes, or the nodes",
+        options=("midpoint", "nodes"),
+    )
     random_seed: int = 0
     dimension: ClassVar[int] = 1
     reference_length: ClassVar[float] = 40.0
-
-    def __post_init__(self) -> None:
-        require(0.2 <= self.stretch <= 5.0, "stretch", self.stretch, "a number from 0.2 to 5")
-        noise = self.velocity_noise
-        require(0.0 < noise < 1e-3, "velocity_noise", noise, "a positive number below 1e-3 [m/s]")
-        require_option("particle_layout", self.particle_layout, ("midpoint", "nodes"))
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         if not isinstance(material, ElasticFluid):

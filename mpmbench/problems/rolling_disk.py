@@ -14,11 +14,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mpmbench.core.choices import Choices
-from mpmbench.core.errors import NotApplicable, require, require_option
+from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box, Cloud, Geometry
 from mpmbench.core.geometry.triangulate import seed_triangles
 from mpmbench.core.materials import Material
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import Loads, State
 from mpmbench.problems import Problem
@@ -33,60 +34,39 @@ BEHIND, ABOVE = 2, 6  # cells of grid behind and above the disk
 @register("problem", "rolling_disk")
 @dataclass(frozen=True)
 class RollingDisk(Problem):
-    """Parameters of the disk.
+    """Disk rolling down an inclined plane without slipping, Iaconeta et al. 2017, Sect. 5.2.
 
-    Parameters
-    ----------
-    radius : float
-        Of the disk [m].
-    angle : float
-        Inclination theta of the plane [degrees].
-    gravity : float
-        Weight per unit mass g [m/s^2].
-    gap : float or None
-        Initial distance between disk and plane in cells; None takes one cell for a background grid,
-        and for clouds the largest search radius of the paper. 0 glues the disk to the plane.
-    travel : float
-        Length of plane in front of the disk [m].
-    background : {"triangles", "quads"}
-        Cells of the background grid; triangles are split squares.
-    diagonal : {"falling", "rising", "alternating"}
-        How squares are split, seen in the direction of the motion: with rising diagonals the disk
-        sticks to the plane.
+    Gap 0 glues the disk to the plane; null is the largest search radius of the paper for clouds. With
+    rising diagonals the disk sticks to the plane.
     """
 
-    radius: float = 0.5
-    angle: float = 60.0
-    gravity: float = 9.81
-    gap: float | None = None
-    travel: float = 3.5
-    background: str = "triangles"
-    diagonal: str = "falling"
+    radius: float = setting(0.5, "of the disk", unit="m", above=0.0, below=1e3)
+    angle: float = setting(60.0, "inclination of the plane", unit="degrees", above=0.0, below=90.0)
+    gravity: float = setting(9.81, "weight per unit mass", unit="m/s2", above=0.0, below=1.0e4)
+    gap: float | None = setting(
+        None,
+        "cells between disk and plane at the start; null: 1 for grids, 1.5 sqrt(2) for clouds",
+        unit="-",
+        least=0.0,
+        most=100.0,
+    )
+    travel: float = setting(
+        3.5, "length of plane in front of the disk", unit="m", above=0.0, below=1e3
+    )
+    background: str = setting(
+        "triangles",
+        "cells of the background grid; triangles are split squares",
+        options=("triangles", "quads"),
+    )
+    diagonal: str = setting(
+        "falling",
+        "cut of the squares, seen in the direction of motion",
+        options=("falling", "rising", "alternating"),
+    )
     dimension: ClassVar[int] = 2
     reference_length: ClassVar[float] = 1.0
     samples: ClassVar[int] = 1000
     touches_fixed_nodes: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        require(0.0 < self.radius < 1e3, "radius", self.radius, "a positive number [m]")
-        require(
-            0.0 < self.angle < 90.0, "angle", self.angle, "a number of degrees between 0 and 90"
-        )
-        require(
-            0.0 < self.gravity < 1e4,
-            "gravity",
-            self.gravity,
-            "a positive number [m/s2], less than 10000",
-        )
-        require(
-            self.gap is None or 0.0 <= self.gap <= 100.0,
-            "gap",
-            self.gap,
-            "a number of cells from 0 to 100, or null",
-        )
-        require(0.0 < self.travel < 1e3, "travel", self.travel, "a positive number [m]")
-        require_option("background", self.background, ("triangles", "quads"))
-        require_option("diagonal", self.diagonal, ("falling", "rising", "alternating"))
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         require(

@@ -13,12 +13,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mpmbench.core.choices import Choices
-from mpmbench.core.errors import NotApplicable, require, require_option
+from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box, Cloud, Geometry
 from mpmbench.core.materials import Material
 from mpmbench.core.materials.mohr_coulomb import PLASTIC_STRAIN, MohrCoulomb
-from mpmbench.core.particles import LAYOUTS, Particles, seed_cells
+from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import Loads, State
 from mpmbench.problems import Problem
@@ -32,45 +33,36 @@ SLACK = 4e-9  # [m]
 @register("problem", "soil_column")
 @dataclass(frozen=True)
 class SoilColumn(Problem):
-    """Parameters of the column.
+    """Collapse of a cohesive soil column, plane strain, Iaconeta et al. 2017, Sect. 5.3.
 
-    Parameters
-    ----------
-    gravity : float
-        Weight per unit mass g [m/s^2].
-    initial_acceleration : {"zero", "gravity"}
-        Acceleration of the particles at t = 0, which Newmark's method remembers.
-    initial_stress : {"none", "k0"}
-        Stress-free, or the weight of the soil above with the lateral stress of a column at rest,
-        ``1 - sin phi`` times the vertical one.
-    base : {"plane", "nodes"}
-        What stops moving nodes: a rough plane, to which those that reach it stick; or only the
-        functions that they share with the nodes of the base (Iaconeta 2017), between which they
-        sink.
-    particle_layout : {"gauss", "midpoint"}
+    Initial stress k0 is the weight of the soil above, with ``1 - sin phi`` times the vertical stress
+    across. Moving nodes that reach the base ``plane`` stick to it; where only the ``nodes`` of the base
+    stop them, as in the paper, they sink between these.
     """
 
-    gravity: float = 9.81
-    initial_acceleration: str = "zero"
-    initial_stress: str = "none"
-    base: str = "plane"
-    particle_layout: str = "gauss"
+    gravity: float = setting(
+        9.81, "weight per unit mass; acts from t = 0", unit="m/s2", above=0.0, below=1.0e4
+    )
+    initial_acceleration: str = setting(
+        "zero", "of the particles, for Newmark's method", options=("zero", "gravity")
+    )
+    initial_stress: str = setting(
+        "none", "none, or that of a column at rest under its weight", options=("none", "k0")
+    )
+    base: str = setting(
+        "plane",
+        "what stops moving nodes: a rough plane, or only the nodes of the base",
+        options=("plane", "nodes"),
+    )
+    particle_layout: str = setting(
+        "gauss",
+        "Gauss points of the cells, or middles of equal sub-cells",
+        options=("gauss", "midpoint"),
+    )
     dimension: ClassVar[int] = 2
     reference_length: ClassVar[float] = 4.0
     height: ClassVar[float] = 2.0
     samples: ClassVar[int] = 1000
-
-    def __post_init__(self) -> None:
-        require(
-            0.0 < self.gravity < 1e4,
-            "gravity",
-            self.gravity,
-            "a positive number [m/s2], less than 10000",
-        )
-        require_option("initial_acceleration", self.initial_acceleration, ("zero", "gravity"))
-        require_option("initial_stress", self.initial_stress, ("none", "k0"))
-        require_option("base", self.base, ("plane", "nodes"))
-        require_option("particle_layout", self.particle_layout, LAYOUTS)
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         require(

@@ -13,11 +13,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from mpmbench import NAMES
 from mpmbench.core.moved import MOVED
 from mpmbench.core.registry import PACKAGE, places
 from mpmbench.core.setting import Setting
 from mpmbench.settings.files import BadInput, plugin_sources
 
+PUBLIC = {name: f"mpmbench.{place}" for place, some in NAMES.items() for name in some.split()}
 SEED = "random_seed"  # a field of problems that are random: they get the top-level key seed
 REGISTERED = re.compile(
     r'^@register\("(\w+)", "(\w+)"\)\n(?:[@ )].*\n)*(?:class|def) (\w+)', re.MULTILINE
@@ -106,9 +108,11 @@ def parse_class(file: Path, name: str) -> ast.ClassDef | None:
     if start < 0:
         return None
     end = END.search(text, start + 1)
-    segment = METHOD.sub("    def _(): ...\n", text[start : end.start() if end else None])
+    segment = text[start : end.start() if end else None]
     try:  # the rest is left out since a long file takes some milliseconds
-        body = ast.parse(segment).body
+        if segment.count('"""') % 2:
+            raise SyntaxError("the line that is not indented stands in a string")
+        body = ast.parse(METHOD.sub("    def _(): ...\n", segment)).body
     except SyntaxError:
         try:
             body = ast.parse(text).body
@@ -149,8 +153,8 @@ def place_of(file: Path, name: str) -> tuple[Path, str] | None:
         for part in re.sub(r"#.*", "", imported).strip("() \n").split(","):
             words = part.split()  # Name, or Name as another
             if words and words[-1] == first:
-                where = file_of(f"{module}.{words[0]}" if rest else module)
-                return (where, rest or words[0]) if where else None
+                where = file_of(f"{module}.{words[0]}" if rest else PUBLIC.get(words[0], module))
+                return place_of(where, rest or words[0]) if where else None
     return None
 
 
@@ -177,17 +181,6 @@ def first_sentence(text: str) -> str:
     """The first sentence of a text."""
     paragraph = " ".join(text.partition("\n\n")[0].split())
     return re.split(r"(?<=\.)(?<!\b(?:St|al)\.) +(?=[A-Z])", paragraph, maxsplit=1)[0]
-
-
-def in_words(key: str, one: Setting) -> tuple[str, str]:
-    """``key: default`` and what is said about it: unit, sentence and what is allowed."""
-    default = {None: "null", True: "true", False: "false"}.get(one.default, one.default)
-    if one.options is not None:
-        allowed = " | ".join(map(str, one.options))
-    else:
-        allowed = one.limits
-    says = [f"[{one.unit}]" if one.unit else "", one.says, f"({allowed})" if allowed else ""]
-    return f"{key}: {default}", " ".join(part for part in says if part)
 
 
 def with_preset(settings: dict[str, Setting], preset: dict[str, Any]) -> dict[str, Setting]:

@@ -15,9 +15,9 @@ from mpmbench.core import registry
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.loops.explicit import update_particles
-from tests.core.support import options, section
+from mpmbench.settings.schema import composed, options
 
-PRESETS = [Choices(**section("method", name)) for name in options("method")]
+PRESETS = [Choices(**composed("method", name)["method"]) for name in options("method")]
 EXPLICIT = [choices for choices in PRESETS if choices.time == "explicit"]
 COMBINATIONS = [
     Choices("combination", "explicit", *parts)

@@ -40,6 +40,7 @@ class Yurt(Tent):
         ("height", 1.0, "height = 1.0: a number greater than 1, at most 10 is needed"),
         ("height", 10.5, "height = 10.5: a number greater than 1, at most 10 is needed"),
         ("height", math.nan, "height = nan: a number greater than 1, at most 10 is needed"),
+        ("height", math.inf, "height = inf: a finite number is needed"),
         ("height", "tall", "height = 'tall': a number greater than 1, at most 10 is needed"),
         ("height", True, "height = True: a number greater than 1, at most 10 is needed"),
         ("poles", 0, "poles = 0: a whole number from 1 to 20 is needed"),

@@ -158,7 +158,8 @@ def test_list_names_what_there_is(command, monkeypatch):
     monkeypatch.setattr(listing, "options", some)
     table = command("list", "bar_fixed_ends")
     assert table.code == 0
-    head, mpm, sph, *reasons = table.out.splitlines()
+    keys, head, mpm, sph, *reasons = table.out.splitlines()[-6:]
+    assert keys.split()[:2] == ["problem.particle_layout:", "midpoint"]
     assert (head.split(), mpm.split(), sph.split()) == (
         [*few["basis"]],
         ["mpm", "-", "yes"],

@@ -8,30 +8,24 @@ from mpmbench.core.bases import Basis
 from mpmbench.core.bases.clouds.search import nearest_distances
 from mpmbench.core.bases.entropy.maxent import MaxEnt
 from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.errors import require, require_option
+from mpmbench.core.errors import require
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
-
-GRADIENTS = ("corrected", "sign_corrected", "printed")
+from mpmbench.core.setting import setting
 
 
 @register("basis", "maxent_printed")
 @dataclass(frozen=True)
 class MaxEntPrinted(MaxEnt):
-    """Settings of the max-ent basis, cubic-spline prior, and which gradient it has.
+    """Max-ent functions with the gradient of Wobbes et al. 2020, Eqs. 84 and 86."""
 
-    Parameters
-    ----------
-    gradient : {"printed", "sign_corrected", "corrected"}
-        Eqs. 84 and 86 as printed; with the overall sign corrected; with the sign of A corrected
-        too, which is the exact gradient and serves as a check.
-    """
+    gradient: str = setting(
+        "printed",
+        "as printed; with its sign corrected; with that of A too, the exact gradient",
+        options=("printed", "sign_corrected", "corrected"),
+    )
 
-    gradient: str = "printed"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_option("gradient", self.gradient, GRADIENTS)
+    def check_together(self) -> None:
         require(self.prior == "cubic_spline", "prior", self.prior, "cubic_spline")
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> "PrintedGradient":

@@ -16,6 +16,7 @@ from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.particles import Particles
+from mpmbench.core.setting import Settings
 
 
 @dataclass(frozen=True)
@@ -137,8 +138,8 @@ class StoredBasis(Basis):
         self.handle = self._fill(x, self.handle)
 
 
-class BasisSettings:
-    """Base class of the registered dataclasses, whose fields are the keys of ``conf/basis/<name>.yaml``.
+class BasisSettings(Settings):
+    """Base class of the registered dataclasses, whose settings are the keys of the basis.
 
     Attributes
     ----------

@@ -11,9 +11,9 @@ import numpy as np
 
 from mpmbench.core.compiled import implements
 from mpmbench.core.compiled.algebra import determinant
-from mpmbench.core.errors import require
 from mpmbench.core.materials import cauchy_stress, energy_density, kirchhoff_stress
 from mpmbench.core.registry import register
+from mpmbench.core.setting import Settings, setting
 
 
 class ElasticFluidLaw(NamedTuple):
@@ -24,30 +24,16 @@ class ElasticFluidLaw(NamedTuple):
 
 @register("material", "elastic_fluid")
 @dataclass(frozen=True)
-class ElasticFluid:
-    """Settings of the elastic fluid.
+class ElasticFluid(Settings):
+    """Elastic without shear stiffness, sigma = K ln(J) I; in 1D a bar with P = E ln J."""
 
-    Parameters
-    ----------
-    bulk_modulus : float
-        Bulk modulus K of the undeformed state [Pa]; the modulus E of a bar in 1D.
-    density : float
-        Initial density rho_0 [kg/m^3].
-    """
-
-    bulk_modulus: float = 1.0
-    density: float = 1.0
+    bulk_modulus: float = setting(1.0, "K; the modulus E of a bar in 1D", unit="Pa", above=0.0)
+    density: float = setting(1.0, "of the undeformed body", unit="kg/m3", above=0.0)
     history: ClassVar[int] = 0
     rate_dependent: ClassVar[bool] = False
     symmetric: ClassVar[bool] = True
     conserves_energy: ClassVar[bool] = True
     symmetric_tangent: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        require(
-            self.bulk_modulus > 0.0, "bulk_modulus", self.bulk_modulus, "a positive number [Pa]"
-        )
-        require(self.density > 0.0, "density", self.density, "a positive number [kg/m^3]")
 
     @property
     def law(self) -> ElasticFluidLaw:

@@ -28,7 +28,14 @@ class HenckyLaw(Lame):
 @register("material", "hencky_elastic")
 @dataclass(frozen=True)
 class HenckyElastic(IsotropicElastic):
-    """Settings: see `IsotropicElastic`. Missing dimensions are in plane strain."""
+    """Hencky elasticity: Kirchhoff stress linear in the logarithmic strain.
+
+    Missing dimensions are in plane strain.
+    """
+
+    young_modulus: float = 1.0e6
+    poisson_ratio: float = 0.3
+    density: float = 1000.0
 
     @property
     def law(self) -> HenckyLaw:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
-from mpmbench.core.errors import require
+from mpmbench.core.setting import Settings, setting
 
 
 class Lame(NamedTuple):
@@ -14,35 +14,19 @@ class Lame(NamedTuple):
 
 
 @dataclass(frozen=True)
-class IsotropicElastic:
-    """Settings of an isotropic elastic law.
+class IsotropicElastic(Settings):
+    """Constants of an isotropic elastic law."""
 
-    Parameters
-    ----------
-    young_modulus : float
-        Young's modulus E [Pa].
-    poisson_ratio : float
-        Poisson's ratio nu, in (-1, 0.5).
-    density : float
-        Initial density rho_0 [kg/m^3].
-    """
-
-    young_modulus: float = 1.0e6
-    poisson_ratio: float = 0.3
-    density: float = 1000.0
+    young_modulus: float = setting(
+        4000.0, "E; 3 K (1 - 2 nu) for a bulk modulus K", unit="Pa", above=0.0
+    )
+    poisson_ratio: float = setting(0.0, "nu", unit="-", above=-1.0, below=0.5)
+    density: float = setting(1.0, "of the undeformed body", unit="kg/m3", above=0.0)
     history: ClassVar[int] = 0
     rate_dependent: ClassVar[bool] = False
     symmetric: ClassVar[bool] = True
     conserves_energy: ClassVar[bool] = True
     symmetric_tangent: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        require(
-            self.young_modulus > 0.0, "young_modulus", self.young_modulus, "a positive number [Pa]"
-        )
-        allowed = "a number greater than -1 and less than 0.5"
-        require(-1.0 < self.poisson_ratio < 0.5, "poisson_ratio", self.poisson_ratio, allowed)
-        require(self.density > 0.0, "density", self.density, "a positive number [kg/m^3]")
 
     def lame_parameters(self) -> tuple[float, float]:
         """First Lame parameter and shear modulus [Pa]."""

@@ -30,6 +30,7 @@ from mpmbench.core.materials.principal import (
     spatial_moduli,
 )
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 
 ELASTIC, PLANE, COMPRESSION_EDGE, EXTENSION_EDGE, APEX = (
     0,
@@ -54,43 +55,23 @@ class MohrCoulombLaw(NamedTuple):
 @register("material", "mohr_coulomb")
 @dataclass(frozen=True)
 class MohrCoulomb(IsotropicElastic):
-    """Settings of the Mohr-Coulomb law, beside those of `IsotropicElastic`.
+    """Mohr-Coulomb plasticity at finite strain on Hencky elasticity, return in principal stresses."""
 
-    Parameters
-    ----------
-    cohesion : float
-        c [Pa].
-    friction_angle, dilatancy_angle : float
-        phi and psi [degrees], 0 <= psi <= phi < 90.
-    """
-
-    cohesion: float = 5000.0
-    friction_angle: float = 25.0
-    dilatancy_angle: float = 0.0
+    young_modulus: float = 1.8e6
+    poisson_ratio: float = 0.3
+    density: float = 1850.0
+    cohesion: float = setting(5000.0, "c", unit="Pa", least=0.0)
+    friction_angle: float = setting(25.0, "phi", unit="degrees", least=0.0, below=90.0)
+    dilatancy_angle: float = setting(0.0, "psi, at most friction_angle", unit="degrees", least=0.0)
     history: ClassVar[int] = 7
     conserves_energy: ClassVar[bool] = False
     outputs: ClassVar[dict[str, tuple[int, str, str]]] = {
         "plastic_strain": (PLASTIC_STRAIN, "1", "equivalent plastic strain")
     }
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require(
-            0.0 <= self.cohesion < math.inf,
-            "cohesion",
-            self.cohesion,
-            "a number [Pa] of at least 0",
-        )
+    def check_together(self) -> None:
         phi, psi = self.friction_angle, self.dilatancy_angle
-        require(
-            0.0 <= phi < 90.0, "friction_angle", phi, "a number of degrees from 0 to less than 90"
-        )
-        require(
-            0.0 <= psi <= phi,
-            "dilatancy_angle",
-            psi,
-            "a number of degrees from 0 to friction_angle",
-        )
+        require(psi <= phi, "dilatancy_angle", psi, "a number of degrees from 0 to friction_angle")
         require(
             self.cohesion > 0.0 or phi > 0.0,
             "cohesion",

@@ -18,7 +18,10 @@ class NeoHookeanLaw(Lame):
 @register("material", "neo_hookean")
 @dataclass(frozen=True)
 class NeoHookean(IsotropicElastic):
-    """Settings: see `IsotropicElastic`. Missing dimensions are in plane strain; in 1D this is uniaxial strain."""
+    """Compressible neo-Hookean solid.
+
+    Missing dimensions are in plane strain; in 1D this is uniaxial strain.
+    """
 
     @property
     def law(self) -> NeoHookeanLaw:

@@ -12,9 +12,9 @@ import numpy as np
 
 from mpmbench.core.compiled import implements
 from mpmbench.core.compiled.algebra import determinant
-from mpmbench.core.errors import require
 from mpmbench.core.materials import cauchy_stress, energy_density
 from mpmbench.core.registry import register
+from mpmbench.core.setting import Settings, setting
 
 
 class NewtonianLaw(NamedTuple):
@@ -26,39 +26,20 @@ class NewtonianLaw(NamedTuple):
 
 @register("material", "newtonian_fluid")
 @dataclass(frozen=True)
-class NewtonianFluid:
-    """Settings of a compressible viscous fluid.
+class NewtonianFluid(Settings):
+    """Compressible Newtonian fluid with p(J) = K (J - 1/J) / 2, Li 2009, Eqs. 4.6-4.16.
 
-    Parameters
-    ----------
-    bulk_modulus : float
-        Bulk modulus K of the undeformed fluid [Pa].
-    viscosity : float
-        Shear viscosity eta [Pa s]; Stokes' hypothesis, no bulk viscosity.
-    density : float
-        Initial density rho_0 [kg/m^3].
+    Stokes' hypothesis: there is no bulk viscosity.
     """
 
-    bulk_modulus: float = 1.0
-    viscosity: float = 0.0025
-    density: float = 1.0
+    bulk_modulus: float = setting(1.0, "K of the undeformed fluid", unit="Pa", above=0.0)
+    viscosity: float = setting(0.0025, "shear viscosity eta", unit="Pa s", least=0.0)
+    density: float = setting(1.0, "of the undeformed body", unit="kg/m3", above=0.0)
     history: ClassVar[int] = 0
     rate_dependent: ClassVar[bool] = True
     symmetric: ClassVar[bool] = True
     conserves_energy: ClassVar[bool] = False
     symmetric_tangent: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        require(
-            self.bulk_modulus > 0.0, "bulk_modulus", self.bulk_modulus, "a positive number [Pa]"
-        )
-        require(
-            self.viscosity >= 0.0,
-            "viscosity",
-            self.viscosity,
-            "a number that is not negative [Pa s]",
-        )
-        require(self.density > 0.0, "density", self.density, "a positive number [kg/m^3]")
 
     @property
     def law(self) -> NewtonianLaw:

@@ -23,7 +23,7 @@ class SmallStrainLaw(Lame):
 @register("material", "small_strain_elastic")
 @dataclass(frozen=True)
 class SmallStrainElastic(IsotropicElastic):
-    """Settings: see `IsotropicElastic`."""
+    """Linear elasticity for small strains and rotations; not objective."""
 
     symmetric: ClassVar[bool] = False
 

@@ -16,7 +16,10 @@ class StVenantKirchhoffLaw(Lame):
 @register("material", "st_venant_kirchhoff")
 @dataclass(frozen=True)
 class StVenantKirchhoff(IsotropicElastic):
-    """Settings: see `IsotropicElastic`. Loses stiffness in strong compression."""
+    """St. Venant-Kirchhoff: second Piola-Kirchhoff stress linear in the Green-Lagrange strain.
+
+    It loses stiffness in strong compression.
+    """
 
     @property
     def law(self) -> StVenantKirchhoffLaw:

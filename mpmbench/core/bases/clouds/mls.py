@@ -18,9 +18,10 @@ from mpmbench.core.bases.clouds.cloud import CloudBasis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import kernel
-from mpmbench.core.errors import BadSetting, NotApplicable, require, require_option
+from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 
 WEIGHTS = ("cubic_spline", "quartic_spline", "gaussian")
 PROMISES = Promises(
@@ -38,61 +39,36 @@ LARGEST_SUM = 2.0  # of |N_I|: more has a point outside the nodes that carry wei
 @register("basis", "mls")
 @dataclass(frozen=True)
 class MovingLeastSquares(BasisSettings):
-    """Settings of the moving least squares basis.
+    """Moving least squares on a cloud of nodes, Iaconeta et al. 2017.
 
-    Parameters
-    ----------
-    degree : int
-        Degree of the polynomials that are reproduced, 1 or 2.
-    weight : {"cubic_spline", "quartic_spline", "gaussian"}
-    relative_radius : float
-        Search radius R in nodal spacings h.
-    radius : float or None
-        Search radius R [m] instead; None or 0 takes `relative_radius`.
-    spacing : float or None
-        Nodal spacing h [m]; None or 0 reads it from the nodes as they are at the start.
-    effective_radius : float
-        R_eff / R. The splines vanish at 2 R_eff, so 1/2 makes them vanish at the search radius; the
-        Gaussian is ``exp(-(r / R_eff)^2)``, lowered to vanish at the search radius.
-    minimum_nodes : int
-        Least number of nodes of a cloud, whose radius grows where there are fewer; 0 takes the
-        number of polynomials.
+    The Gaussian is ``exp(-(r / R_eff)^2)``, lowered to vanish at the search radius. Where a cloud has
+    fewer nodes than `minimum_nodes`, its radius grows.
     """
 
-    degree: int = 1
-    weight: str = "cubic_spline"
-    relative_radius: float = math.sqrt(2.0)
-    radius: float | None = None
-    spacing: float | None = None
-    effective_radius: float = 0.5
-    minimum_nodes: int = 0
+    degree: int = setting(1, "of the polynomials that are reproduced", unit="-", options=(1, 2))
+    weight: str = setting(
+        "cubic_spline",
+        "of a node by its distance",
+        options=("cubic_spline", "quartic_spline", "gaussian"),
+    )
+    relative_radius: float = setting(
+        1.4142135623730951,
+        "search radius R over the nodal spacing h",
+        unit="-",
+        above=1.0,
+        most=20.0,
+    )
+    radius: float = setting(0.0, "search radius R; 0: relative_radius decides", unit="m", least=0.0)
+    spacing: float = setting(
+        0.0, "nodal spacing h; 0: that of the nodes at the start", unit="m", least=0.0
+    )
+    effective_radius: float = setting(
+        0.5, "R_eff / R; splines vanish at 2 R_eff", unit="-", least=0.1, most=10.0
+    )
+    minimum_nodes: int = setting(
+        0, "least number of nodes of a cloud; 0: number of polynomials", unit="-", least=0, most=100
+    )
     promises: ClassVar[Promises] = PROMISES
-
-    def __post_init__(self) -> None:
-        require(self.degree in (1, 2), "degree", self.degree, "1 or 2")
-        require_option("weight", self.weight, WEIGHTS)
-        require(
-            1.0 < self.relative_radius <= 20.0,
-            "relative_radius",
-            self.relative_radius,
-            "a number from 1 to 20",
-        )
-        for key in ("spacing", "radius"):
-            value = getattr(self, key) or 0.0
-            require(
-                0.0 <= value < math.inf,
-                key,
-                value,
-                "a positive length in metres, or 0 for an automatic one",
-            )
-        effective = self.effective_radius
-        require(0.1 <= effective <= 10.0, "effective_radius", effective, "a number from 0.1 to 10")
-        require(
-            0 <= self.minimum_nodes <= 100,
-            "minimum_nodes",
-            self.minimum_nodes,
-            "a whole number from 0 to 100",
-        )
 
     def check(self, choices: Choices, touches_fixed_nodes: bool) -> None:
         """Refuse to hold single nodes where functions of their neighbours do not vanish.

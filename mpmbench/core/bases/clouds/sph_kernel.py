@@ -15,9 +15,10 @@ from scipy.spatial import cKDTree
 from mpmbench.core.bases import BasisSettings, Promises, StoredBasis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.choices import Choices
-from mpmbench.core.errors import NotApplicable, require
+from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 
 REACH = 2.0  # radius of the support in smoothing lengths
 NORM = {1: 2.0 / 3.0, 2: 10.0 / (7.0 * math.pi), 3: 1.0 / math.pi}
@@ -26,26 +27,18 @@ NORM = {1: 2.0 / 3.0, 2: 10.0 / (7.0 * math.pi), 3: 1.0 / math.pi}
 @register("basis", "kernel")
 @dataclass(frozen=True)
 class Kernel(BasisSettings):
-    """Settings of the kernel.
+    """Kernels of smoothed particle hydrodynamics, for method=sph only."""
 
-    Parameters
-    ----------
-    smoothing_length : float
-        h over the nodal spacing.
-    """
-
-    smoothing_length: float = 1.0
+    smoothing_length: float = setting(
+        1.0,
+        "h over the nodal spacing; the support has the radius 2 h",
+        unit="-",
+        above=0.5,
+        most=5.0,
+    )
     promises: ClassVar[Promises] = Promises(
         partition_of_unity=False, linear_completeness=False, extrapolates=True
     )
-
-    def __post_init__(self) -> None:
-        require(
-            0.5 < self.smoothing_length <= 5.0,
-            "smoothing_length",
-            self.smoothing_length,
-            "a number from 0.5 to 5",
-        )
 
     def check(self, choices: Choices, touches_fixed_nodes: bool) -> None:
         """Refuse Galerkin methods, whose functions must reproduce constants."""

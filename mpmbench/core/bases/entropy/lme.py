@@ -13,9 +13,10 @@ from mpmbench.core.bases.entropy.consistent import ConsistentGradients
 from mpmbench.core.bases.entropy.priors import GAUSSIAN
 from mpmbench.core.bases.entropy.truncated import truncated_basis
 from mpmbench.core.choices import Choices
-from mpmbench.core.errors import BadSetting, NotApplicable, require, require_option
+from mpmbench.core.errors import BadSetting, NotApplicable, require
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 
 SMALLEST_RADIUS = 2.5  # in nodal spacings: fewer nodes may fail to surround a point
 
@@ -23,91 +24,85 @@ SMALLEST_RADIUS = 2.5  # in nodal spacings: fewer nodes may fail to surround a p
 @register("basis", "lme")
 @dataclass(frozen=True)
 class LocalMaxEnt(BasisSettings):
-    """Settings of the local max-ent basis: priors exp(-beta |x - x_i|^2) with beta = gamma / h^2.
+    """Local maximum-entropy functions on any set of nodes, Arroyo and Ortiz 2006.
 
-    Parameters
-    ----------
-    gamma : float
-        Locality, positive.
-    spacing : float or None
-        Nodal spacing h [m]; None or 0 reads it from the nodes as they are at the start
-        (`Cloud.nodal_spacing`).
-    radius : float or None
-        Search radius R [m]; None or 0 takes the larger of h sqrt(ln(1 / cutoff) / gamma) and 2.5 h.
-    relative_radius : float
-        The same in nodal spacings, R / h; 0 takes `radius`.
-    rim : {"smooth", "cut"}
-        At the rim the Gaussian is lowered by its tangent in r^2, so that nodes enter and leave a
-        support without a jump; or it is cut off, and points whose nodes do not suffice take more
-        (Iaconeta 2017, section 5.3).
-    cutoff : float
-        Value of the Gaussian at the automatic radius, at most 1e-6.
-    tolerance : float
-        Largest residual of linear completeness, in nodal spacings.
-    search : {"local", "all"}
-        Look for neighbours in cells, or at all nodes for every point (same functions).
-    line_search : bool
-        Safeguard Newton's method; without it, it is the plain one of Li (2009), which fails for
-        large gamma.
-    locality : {"fixed", "volume", "convected"}
-        Neighbours and weights by plain distance; or by distances before the change of volume of a
-        particle (h follows compression), or before its whole deformation (`metric`). A point that
-        nodes do not surround takes more.
-    stretch_limit : float
-        Principal stretches of the convected metric stay between 1/stretch_limit and stretch_limit.
-    gradient : {"exact", "consistent"}
-        The derivatives of the functions, or those corrected so that the particles integrate them
-        exactly, which passes the patch test on irregular clouds (`consistent`).
+    The priors are exp(-beta |x - x_i|^2) with beta = gamma / h^2. A point whose nodes do not suffice or
+    do not surround it takes more. A ``smooth`` rim lowers the Gaussian by its tangent in r^2, so that
+    nodes enter and leave a support without a jump; a ``cut`` one is that of Iaconeta 2017, section 5.3.
+    Newton's method without its line search is that of Li (2009), which fails for large gamma. Gradients
+    that are ``consistent`` pass the patch test on irregular clouds.
     """
 
-    gamma: float = 1.8
-    spacing: float | None = None
-    radius: float | None = None
-    relative_radius: float = 0.0
-    rim: str = "smooth"
-    cutoff: float = 1e-6
-    tolerance: float = 1e-12
-    search: str = "local"
-    line_search: bool = True
-    locality: str = "fixed"
-    stretch_limit: float = 20.0
-    gradient: str = "exact"
+    gamma: float = setting(
+        1.8,
+        "locality beta h^2: 0.8 wide functions, 4 and more close to linear",
+        unit="-",
+        above=0.0,
+        most=100.0,
+    )
+    spacing: float = setting(
+        0.0, "nodal spacing h of gamma; 0: that of the nodes at the start", unit="m", least=0.0
+    )
+    radius: float = setting(
+        0.0,
+        "search radius R; 0: the larger of h sqrt(ln(1/cutoff)/gamma) and 2.5 h",
+        unit="m",
+        least=0.0,
+    )
+    relative_radius: float = setting(
+        0.0,
+        "the same over the nodal spacing, greater than 1; 0: radius decides",
+        unit="-",
+        least=0.0,
+        most=20.0,
+    )
+    rim: str = setting(
+        "smooth",
+        "the Gaussian is lowered to vanish at R, or cut off there",
+        options=("smooth", "cut"),
+    )
+    cutoff: float = setting(
+        1e-6, "value of the Gaussian at the automatic radius", unit="-", least=1e-15, most=1e-6
+    )
+    tolerance: float = setting(
+        1e-12,
+        "largest residual of linear completeness, in nodal spacings",
+        unit="-",
+        least=1e-13,
+        most=1e-4,
+    )
+    search: str = setting(
+        "local",
+        "for neighbours in cells, or at all nodes for every point (same functions)",
+        options=("local", "all"),
+    )
+    line_search: bool = setting(True, "safeguard Newton's method")
+    locality: str = setting(
+        "fixed",
+        "plain distances; h follows J^(1/dim); or distances before deformation",
+        options=("fixed", "volume", "convected"),
+    )
+    stretch_limit: float = setting(
+        20.0,
+        "largest stretch of the convected metric, and one over the smallest",
+        unit="-",
+        least=1.0,
+    )
+    gradient: str = setting(
+        "exact",
+        "derivatives, or corrected so that the particles integrate them exactly",
+        options=("exact", "consistent"),
+    )
     promises: ClassVar[Promises] = PROMISES
 
-    def __post_init__(self) -> None:
-        require(0.0 < self.gamma <= 100.0, "gamma", self.gamma, "a positive number, at most 100")
-        for key in ("spacing", "radius"):
-            value = getattr(self, key) or 0.0
-            require(
-                0.0 <= value < math.inf,
-                key,
-                value,
-                "a positive length in metres, or 0 for an automatic one",
-            )
+    def check_together(self) -> None:
         relative = self.relative_radius
         require(
-            relative == 0.0 or 1.0 < relative <= 20.0,
+            relative == 0.0 or relative > 1.0,
             "relative_radius",
             relative,
-            "a number from 1 to 20, or 0",
+            "a number greater than 1, at most 20, or 0",
         )
-        require_option("rim", self.rim, ("smooth", "cut"))
-        require(1e-15 <= self.cutoff <= 1e-6, "cutoff", self.cutoff, "a number from 1e-15 to 1e-6")
-        require(
-            1e-13 <= self.tolerance <= 1e-4,
-            "tolerance",
-            self.tolerance,
-            "a number from 1e-13 to 1e-4",
-        )
-        require_option("search", self.search, ("local", "all"))
-        require(
-            isinstance(self.line_search, bool), "line_search", self.line_search, "true or false"
-        )
-        require_option("locality", self.locality, ("fixed", "volume", "convected"))
-        require(
-            self.stretch_limit >= 1.0, "stretch_limit", self.stretch_limit, "a number of at least 1"
-        )
-        require_option("gradient", self.gradient, ("exact", "consistent"))
         if self.rim == "cut":
             require(self.locality == "fixed", "locality", self.locality, "fixed, as rim is cut,")
             require(self.gradient == "exact", "gradient", self.gradient, "exact, as rim is cut,")

@@ -5,29 +5,23 @@ from typing import ClassVar
 
 from mpmbench.core.bases import BasisSettings, Promises
 from mpmbench.core.bases.grid.spline import TensorSpline
-from mpmbench.core.errors import NotApplicable, require
+from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Box, Geometry
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 
 
 @register("basis", "bspline")
 @dataclass(frozen=True)
 class BSpline(BasisSettings):
-    """Settings of the B-spline basis.
+    """B-splines on an open knot vector; degrees of freedom sit at the Greville abscissae.
 
-    Parameters
-    ----------
-    degree : int
-        Polynomial degree, 1 to 3. Degrees of freedom sit at the Greville abscissae, so the basis is
-        linearly complete at every degree, against what the paper says (sections 4 and 7).
+    So the basis is linearly complete at every degree, against what the paper says (sections 4 and 7).
     """
 
-    degree: int = 2
+    degree: int = setting(2, "of the polynomials", unit="-", options=(1, 2, 3))
     promises: ClassVar[Promises] = Promises(kronecker="hull", grid=True)
     background_grid: ClassVar[bool] = True  # its cells can carry ghost stiffness
-
-    def __post_init__(self) -> None:
-        require(self.degree in (1, 2, 3), "degree", self.degree, "1, 2 or 3")
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> TensorSpline:
         if not isinstance(geometry, Box):

@@ -18,7 +18,7 @@ from mpmbench.core.registry import register
 @register("basis", "linear")
 @dataclass(frozen=True)
 class Linear(BasisSettings):
-    """Settings of the linear basis: there are none."""
+    """Piecewise linear functions: hats on a grid, tensor products of them in more dimensions."""
 
     promises: ClassVar[Promises] = Promises(kronecker="everywhere", continuous_gradient=False)
     background_grid: ClassVar[bool] = True  # its cells can carry ghost stiffness

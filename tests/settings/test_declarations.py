@@ -1,0 +1,154 @@
+"""What can be set is read from the text of classes: the same as what Python makes of them."""
+
+import subprocess
+import sys
+from dataclasses import MISSING, fields
+from pathlib import Path
+
+import pytest
+
+from mpmbench.core import registry
+from mpmbench.core import setting as declarations_in_python
+from mpmbench.core.setting import Setting
+from mpmbench.settings import schema
+from mpmbench.settings.files import BadInput
+
+OPTIONS = [
+    (group, name) for group in ("basis", "material", "problem") for name in schema.options(group)
+]
+
+
+@pytest.mark.parametrize(("group", "name"), OPTIONS)
+def test_the_text_says_what_python_makes_of_it(group: str, name: str) -> None:
+    plugin = registry.get(group, name)
+    read = schema.declaration(group, name)
+    assert read.settings == declarations_in_python.declared(plugin)
+    assert read.sentence and (plugin.__doc__ or "").startswith(read.sentence)
+    own = {field.name for field in fields(plugin)} - {"random_seed"}
+    assert set(read.settings) == own == set(schema.declared(group, name))
+    assert all(one.says for one in read.settings.values())
+
+
+@pytest.fixture
+def plugin(tmp_path, monkeypatch):
+    def write(text: str, name: str = "flower", **yaml: str) -> None:
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / f"{name}.py").write_text(text)
+        for group, content in yaml.items():
+            (folder / "conf" / group).mkdir(parents=True)
+            (folder / "conf" / group / f"{name}.yaml").write_text(content)
+        monkeypatch.setenv("MPMBENCH_PLUGINS", str(folder))
+
+    return write
+
+
+ONE_FILE = '''
+"""A basis."""
+from dataclasses import dataclass
+
+from mpmbench import register
+from mpmbench.core.bases.entropy.maxent import MaxEnt as Parent
+from mpmbench.core.setting import setting
+
+import this_module_does_not_exist
+
+
+@register("basis", "flower")
+@dataclass(
+    frozen=True
+)
+class Flower(Parent):
+    """Functions like petals. They smell."""
+
+    petals: int = setting(
+        5, "of one flower", unit="-", least=3
+    )
+    d_max: float = 3.0
+
+    def build(
+        self, geometry, particles
+    ):
+        """Text
+that is not indented."""
+
+    scent: str = setting("rose", "it has", options=("rose", "none"))
+'''
+
+
+def test_one_file_is_all_that_a_plugin_needs(plugin) -> None:
+    plugin(ONE_FILE)
+    assert "flower" in schema.options("basis")
+    assert schema.description("basis", "flower") == "Functions like petals."
+    keys = schema.declared("basis", "flower")
+    assert list(keys)[-2:] == ["petals", "scent"]
+    assert keys["petals"] == Setting(5, "of one flower", "-", least=3)
+    assert keys["scent"].options == ("rose", "none")
+    assert keys["d_max"].default == 3.0 and keys["d_max"].most == 10.0
+    assert schema.composed("basis", "flower")["basis"]["prior"] == "cubic_spline"
+    assert "basis.petals" in schema.all_keys()
+
+
+OLD = '''
+from dataclasses import dataclass
+from typing import ClassVar
+import math
+
+from mpmbench.core.materials.isotropic import IsotropicElastic
+from mpmbench.core.registry import register
+
+
+@register("material", "flower")
+@dataclass(frozen=True)
+class Flower(IsotropicElastic):
+    """A law of flowers."""
+
+    stalks: int = 2
+    height: float = math.pi
+    count: ClassVar[int] = 3
+'''
+
+
+def test_old_plugins_have_plain_defaults_and_a_preset(plugin) -> None:
+    plugin(OLD, material="# Flowers, by their file.\nname: flower\ndensity: 7.0\nheight: 3.0\n")
+    keys = schema.declared("material", "flower")
+    assert list(keys) == ["young_modulus", "poisson_ratio", "density", "stalks", "height"]
+    assert (keys["density"].default, keys["density"].above) == (7.0, 0.0)
+    assert (keys["stalks"].default, keys["height"].default) == (2, 3.0)
+    assert schema.description("material", "flower") == "A law of flowers."
+
+
+def test_a_declaration_that_is_no_literal_is_named(plugin) -> None:
+    plugin(ONE_FILE.replace('5, "of one flower"', '2 * FIVE, "of one flower"'))
+    with pytest.raises(BadInput, match=r"flower\.py: petals: literals are needed in setting\(\)"):
+        schema.declared("basis", "flower")
+
+
+def test_defaults_that_python_needs_are_there() -> None:
+    for group, name in OPTIONS:
+        for field in fields(registry.get(group, name)):
+            assert field.default is not MISSING or field.default_factory is not MISSING
+
+
+@pytest.mark.parametrize("words", (["list"], ["list", "maxent"], ["--help", "basis=lme"]))
+def test_nothing_heavy_is_imported_to_show_what_can_be_set(words: list[str]) -> None:
+    code = (
+        f"import sys; from mpmbench.cli import main; assert main({words}) == 0;"
+        "heavy = {'numba', 'numpy', 'xarray', 'matplotlib', 'scipy', 'hydra'} & set(sys.modules);"
+        "assert not heavy, heavy"
+    )
+    root = str(Path(__file__).parents[2])
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, cwd=root)
+
+
+def test_words_show_unit_sentence_and_range(capsys) -> None:
+    from mpmbench.cli import main
+
+    assert main(["list", "maxent"]) == 0
+    shown = capsys.readouterr().out
+    for words in (["--help", "basis=maxent"], ["list", "maxent"]):
+        assert main(words) == 0
+        line = "basis.d_max: 2.0           [-] radius of the prior's support in node spacings"
+        text = capsys.readouterr().out
+        assert line in text and "(greater than 1, at most 10)" in text
+    assert "basis.search: local" in shown and "(local | all)" in shown
