@@ -104,7 +104,7 @@ def read_class(file: Path, name: str) -> Declaration:
 def parse_class(file: Path, name: str) -> ast.ClassDef | None:
     """The syntax of one class, or None when the file has no class of this name."""
     text = text_of(file)
-    start = max(f"\n{text}".find(f"\nclass {name}{mark}") for mark in "(:")
+    start = start_of(name, text)
     if start < 0:
         return None
     end = END.search(text, start + 1)
@@ -120,6 +120,11 @@ def parse_class(file: Path, name: str) -> ast.ClassDef | None:
             raise BadInput(f"{file}, line {error.lineno}: {error.msg}") from None
     classes = (node for node in body if isinstance(node, ast.ClassDef) and node.name == name)
     return next(classes, None)
+
+
+def start_of(name: str, text: str) -> int:
+    """Where the line of a class begins in a text, -1 when there is none of this name."""
+    return max(f"\n{text}".find(f"\nclass {name}{mark}") for mark in "(:")
 
 
 def declared(statement: ast.AnnAssign, inherited: Setting | None, file: Path) -> Setting | None:
@@ -146,7 +151,7 @@ def declared(statement: ast.AnnAssign, inherited: Setting | None, file: Path) ->
 
 def place_of(file: Path, name: str) -> tuple[Path, str] | None:
     """File and name of a class that another file names, or None when it comes from elsewhere."""
-    if f"\nclass {name}" in text_of(file):
+    if start_of(name, text_of(file)) >= 0:
         return file, name
     first, _, rest = name.partition(".")
     for module, imported in IMPORT.findall(text_of(file)):

@@ -7,11 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from mpmbench.case.read import read
 from mpmbench.core import registry
 from mpmbench.core import setting as declarations_in_python
 from mpmbench.core.setting import Setting
 from mpmbench.settings import schema
 from mpmbench.settings.files import BadInput
+from tests.core.support import compose
 
 OPTIONS = [
     (group, name) for group in ("basis", "material", "problem") for name in schema.options(group)
@@ -48,7 +50,7 @@ ONE_FILE = '''
 from dataclasses import dataclass
 
 from mpmbench import register
-from mpmbench.core.bases.entropy.maxent import MaxEnt as Parent
+from mpmbench.core.bases.entropy.maxent import MaxEnt
 from mpmbench.core.setting import setting
 
 import this_module_does_not_exist
@@ -58,7 +60,7 @@ import this_module_does_not_exist
 @dataclass(
     frozen=True
 )
-class Flower(Parent):
+class MaxEntOfFlowers(MaxEnt):
     """Functions like petals. They smell."""
 
     petals: int = setting(
@@ -122,6 +124,26 @@ def test_a_declaration_that_is_no_literal_is_named(plugin) -> None:
     plugin(ONE_FILE.replace('5, "of one flower"', '2 * FIVE, "of one flower"'))
     with pytest.raises(BadInput, match=r"flower\.py: petals: literals are needed in setting\(\)"):
         schema.declared("basis", "flower")
+
+
+def test_seed_reaches_every_random_problem() -> None:
+    """One name for all: the key ``seed``, which is no key of the problem."""
+    random = [
+        name
+        for name in schema.options("problem")
+        if "random_seed" in {field.name for field in fields(registry.get("problem", name))}
+    ]
+    assert random == [
+        "elastic_bar_tension", "isothermal_shock", "lme_shape_functions", "patch_test", "prestretched_bar",
+    ]  # fmt: skip
+    for seed in (0, 7):
+        config = compose("patch_test", "fem", "linear", seed=seed, resolution=4)
+        assert read(config).problem.random_seed == seed
+    first, second = (
+        read(compose("patch_test", "fem", "linear", seed=seed)).problem.nodes(4, None).nodes
+        for seed in (0, 7)
+    )
+    assert abs(first - second).max() > 1e-3
 
 
 def test_defaults_that_python_needs_are_there() -> None:
