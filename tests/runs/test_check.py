@@ -110,7 +110,6 @@ def test_files_that_are_no_plugins(command, folder, text, sentence):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        (None, "conf/basis/stored_hat.yaml is missing beside it"),
         ("name: other", "conf/basis/stored_hat.yaml has name: other, not stored_hat"),
         (
             "name: [unclosed\n",
@@ -118,12 +117,20 @@ def test_files_that_are_no_plugins(command, folder, text, sentence):
         ),
     ],
 )
-def test_a_plugin_with_a_bad_yaml_file_or_none(folder, monkeypatch, text, sentence):
+def test_a_plugin_with_a_bad_yaml_file(folder, monkeypatch, text, sentence):
     monkeypatch.setenv("MPMBENCH_PLUGINS", str(folder))
     (folder / "conf/basis").mkdir(parents=True)
-    if text is not None:
-        (folder / "conf/basis/stored_hat.yaml").write_text(text)
+    (folder / "conf/basis/stored_hat.yaml").write_text(text)
     assert sentence in check.declaration("basis", "stored_hat")
+
+
+def test_only_a_method_needs_a_yaml_file(folder, monkeypatch):
+    monkeypatch.setenv("MPMBENCH_PLUGINS", str(folder))
+    for name in ("stored_hat", "damped"):
+        shutil.copy(OUTSIDE / f"{name}.py", folder)
+    assert check.declaration("basis", "stored_hat") == ""
+    missing = "conf/method/damped.yaml, the preset of the method, is missing beside it"
+    assert check.declaration("method", "damped") == missing
 
 
 @pytest.mark.parametrize("name", options("problem"))

@@ -73,7 +73,7 @@ def energy_density(law: Any, axes: Any, F: np.ndarray, state: np.ndarray) -> flo
 
 
 class Material(Protocol):
-    """The registered dataclass: its fields are the keys of ``conf/material/<name>.yaml``."""
+    """The registered dataclass: its settings are the keys of the material."""
 
     density: float  # kg/m^3
     history: ClassVar[int]  # number of history variables per particle
