@@ -61,15 +61,18 @@ def comment(file: Path) -> str:
 def declared(group: str, option: str) -> dict[str, Setting]:
     """Keys of one option, with their defaults and what may be given.
 
-    Those of a method are those of the time loop that its preset names.
+    Those of a method are those of the time loop that its preset names. Fields of a loop that are
+    no settings are keys where the preset gives them.
     """
     given = {
         key: value
         for key, value in preset(group, option).get(group, {}).items()
         if key not in (*PROBLEM_DEFAULTS, "defaults", "name")
     }
-    owner = given.get("time", option) if group == "method" else option
-    return with_preset(declaration(group, owner).settings, given)
+    if group != "method":
+        return with_preset(declaration(group, option).settings, given)
+    loop = declaration(group, given.get("time", option)).settings
+    return with_preset({key: one for key, one in loop.items() if one.says or key in given}, given)
 
 
 def composed(group: str, option: str) -> dict[str, Any]:

@@ -120,6 +120,36 @@ def test_old_plugins_have_plain_defaults_and_a_preset(plugin) -> None:
     assert schema.description("material", "flower") == "A law of flowers."
 
 
+LOOP = '''
+from mpmbench import register
+from mpmbench.core.setting import Settings, setting
+
+
+@register("method", "circling")
+class Circling(Settings):
+    """A loop."""
+
+    name: str = "none"
+    nodes: str = "fixed"
+    traction: str = "end_point"
+    rounds: int = setting(2, "of the loop", least=1)
+'''
+
+
+def test_keys_of_a_method_are_those_of_its_loop_and_of_its_preset(plugin) -> None:
+    preset = (
+        "# @package _global_\n# Turns.\nmethod: {name: flower, time: circling, nodes: moving}\n"
+    )
+    plugin(LOOP, method=preset)
+    keys = schema.declared("method", "flower")
+    assert {key: one.default for key, one in keys.items()} == {
+        "nodes": "moving", "rounds": 2, "time": "circling",
+    }  # fmt: skip
+    assert keys["rounds"].least == 1
+    assert schema.composed("method", "flower")["method"]["name"] == "flower"
+    assert schema.description("method", "flower") == "Turns."
+
+
 def test_a_declaration_that_is_no_literal_is_named(plugin) -> None:
     plugin(ONE_FILE.replace('5, "of one flower"', '2 * FIVE, "of one flower"'))
     with pytest.raises(BadInput, match=r"flower\.py: petals: literals are needed in setting\(\)"):
