@@ -54,7 +54,7 @@ def run(*overrides: str, **settings: Any) -> xr.Dataset:
     _, pairs = arguments.split(words, [])
     if compose.wants_many([], pairs):
         raise BadInput("this experiment is a sweep: mpmbench.sweep runs it")
-    plan = make_plan([pairs], lambda cell: compose.compose_many([cell])[0])
+    plan = make_plan(compose.compose_many([pairs]))
     (cell,) = plan.cells()
     if cell.not_applicable:
         raise BadInput(f"this combination does not apply: {cell.not_applicable}")
@@ -88,10 +88,10 @@ def sweep(*overrides: str, **settings: Any) -> Cube:
         When any setting is wrong; nothing has run then.
     """
     words = [*overrides, *(f"{_key(key)}={_values(key, value)}" for key, value in settings.items())]
-    flags, pairs = arguments.split(["-m", *words], [])
-    session.run(flags, pairs, time.perf_counter())
-    plan = compose.sweeping.plan
-    return cube_of(result_path(cell.config) for cell in plan.cells()) if plan else Cube()
+    _, pairs = arguments.split(["-m", *words], [])
+    of_this = session.Session(pairs)
+    of_this.run()
+    return cube_of(result_path(cell.config) for cell in of_this.plan.cells())
 
 
 def load(file: Path) -> xr.Dataset:

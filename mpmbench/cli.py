@@ -101,19 +101,17 @@ FULL_OR_FORBIDDEN = {
     errno.EPERM,
     errno.EROFS,
 }
-_started = time.perf_counter()
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Do what the command line says and return the exit code."""
-    global _started
-    _started = time.perf_counter()
+    started = time.perf_counter()
     arguments = sys.argv[1:] if arguments is None else arguments
     if sys.platform == "win32":
         print("mpmbench runs on Linux and macOS; on Windows, use it inside WSL.", file=sys.stderr)
         return 2
     try:
-        return dispatch(arguments)
+        return dispatch(arguments, started)
     except BadInput as error:
         print(f"mpmbench: {error}", file=sys.stderr)
         return error.exit_code
@@ -133,7 +131,7 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
 
 
-def dispatch(arguments: list[str]) -> int:
+def dispatch(arguments: list[str], started: float) -> int:
     """Find out what is wanted."""
     if "--help" in arguments or "-h" in arguments:
         print(help_text(arguments))
@@ -147,7 +145,7 @@ def dispatch(arguments: list[str]) -> int:
     flags, pairs = split(arguments, list(VERBS))
     if flags in (["--cfg", "job"], ["-c", "job"], ["--cfg=job"]):
         return show_configuration(pairs)
-    return run(flags, pairs)
+    return run(flags, pairs, started)
 
 
 def help_text(arguments: list[str]) -> str:
@@ -200,12 +198,18 @@ def show_configuration(pairs: list[str]) -> int:
     return 0
 
 
-def run(flags: list[str], pairs: list[str]) -> int:
-    """One run or a sweep."""
+def run(flags: list[str], pairs: list[str], started: float) -> int:
+    """One run or a sweep, or what Hydra says of them."""
+    from mpmbench.runs.hydra import compose
+
+    if {flag.partition("=")[0] for flag in flags} & SHOW_ONLY:
+        compose.show(flags, pairs)
+        return 0
     from mpmbench.runs.process import isolation
 
-    if not {flag.partition("=")[0] for flag in flags} & SHOW_ONLY:
-        isolation.processes.warm_up()  # loads its libraries while we compose the configuration
-    from mpmbench.runs.sweep import session
+    isolation.processes.warm_up()  # loads its libraries while we compose the configuration
+    from mpmbench.runs.sweep import session, single
 
-    return session.run(flags, pairs, _started)
+    if compose.wants_many(flags, pairs):
+        return session.Session(pairs).run()
+    return single.run(pairs, started)

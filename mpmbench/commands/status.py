@@ -9,7 +9,7 @@ from mpmbench.core.registry import places, plugins_of
 from mpmbench.results.identity import code_digests, code_hash
 from mpmbench.results.netcdf import read_attributes
 from mpmbench.runs.sweep.display import shorten
-from mpmbench.runs.sweep.plan import Plan, state_of
+from mpmbench.runs.sweep.plan import make_plan, state_of
 from mpmbench.settings.schema import GROUPS, BadInput, options
 
 STATES = ("fresh", "stale", "untimed", "failed", "missing")
@@ -87,15 +87,11 @@ def of_sweep(arguments: list[str]) -> int:
     from mpmbench.runs.process import isolation
     from mpmbench.settings import arguments as command_line
 
-    flags, pairs = command_line.split(arguments, [])
+    _, pairs = command_line.split(arguments, [])
     isolation.processes.warm_up()
     from mpmbench.runs.hydra import compose
 
-    if not compose.wants_many(flags, pairs):
-        flags = ["-m", *flags]
-    plans: list[Plan] = []
-    compose.plan_only(plans.append, flags, pairs)
-    cells = [cell for plan in plans for cell in plan.cells()]
+    cells = make_plan(compose.compose_sweep(pairs)).cells()
     for cell in cells:
         changed = (
             cell.state == "stale" and cell.earlier and changed_files(cell.earlier, cell.config)

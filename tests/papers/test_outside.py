@@ -50,9 +50,7 @@ def test_experiments_are_in_its_folder_or_beside(tmp_path, monkeypatch, place) -
     target.parent.mkdir(parents=True, exist_ok=True)
     file.rename(target)
     assert experiments()["bar_orders/bar"] == target
-    plans = []
-    compose.plan_only(plans.append, ["-m"], ["experiments=bar_orders/bar"])
-    configs = [cell.config for plan in plans for cell in plan.cells()]
+    configs = [config for config, _ in compose.compose_sweep(["experiments=bar_orders/bar"])]
     assert len(configs) == 12 and {config["campaign"] for config in configs} == {"bar_orders/bar"}
     assert [one.short for one in reproduce.choose("bar_orders", tmp_path)] == ["bar"]
 

@@ -103,7 +103,7 @@ def test_another_command_leaves_one_alone_that_was_interrupted_and_writes_its_la
     tmp_path,
 ):
     with opened(tmp_path) as ledger:
-        ledger.say("abandon")
+        ledger.abandon()
         assert ledger.owner_is_gone() and not ledger.is_leftover()
         with opened(tmp_path):
             assert ledger.folder.exists()

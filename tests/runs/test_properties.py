@@ -2,16 +2,14 @@
 
 from collections import Counter
 
-import hydra
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mpmbench.runs.hydra.compose import in_one_sentence, resolved, with_hydra
+from mpmbench.runs.hydra.compose import composing, in_one_sentence
 from mpmbench.runs.hydra.composer import Composer
 from mpmbench.runs.sweep import execute
 from mpmbench.settings import arguments
-from mpmbench.settings.files import shipped_folder
 from mpmbench.settings.schema import BadInput, all_keys
 
 NUMBERS = st.one_of(
@@ -103,12 +101,8 @@ LISTS = st.tuples(
 def composer():
     """One composition by Hydra for each choice of options, for all examples together."""
 
-    def nothing():
-        return None
-
-    with_hydra(nothing, [])  # registers what we add to Hydra
-    with hydra.initialize_config_dir(str(shipped_folder("conf")), version_base="1.3"):
-        yield Composer(lambda pairs: hydra.compose("config", pairs, return_hydra_config=True))
+    with composing([]) as made:
+        yield made
 
 
 def planned(composer: Composer, words: list[str]) -> str:
@@ -118,7 +112,7 @@ def planned(composer: Composer, words: list[str]) -> str:
         if flags:
             return "flags"
         with in_one_sentence(pairs):
-            config, reason = composer.cell(pairs) or resolved(composer.compose(list(pairs)))
+            config, reason = composer.cell(pairs)
         answer = execute.check([(config, reason)])[0]
     except BadInput as refusal:
         sentence = str(refusal)

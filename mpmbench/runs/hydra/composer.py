@@ -14,7 +14,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from mpmbench.settings import resolve
 from mpmbench.settings.files import read_yaml
-from mpmbench.settings.schema import GROUPS, experiments
+from mpmbench.settings.schema import GROUPS, declared_anywhere, experiments
 
 Resolved = tuple[dict[str, Any], str]
 
@@ -33,15 +33,28 @@ class Composer:
         self.known: dict[tuple[str, ...], tuple[DictConfig, dict[str, Any], bool]] = {}
         self.parser = OverridesParser.create()
 
-    def cell(self, overrides: Sequence[str]) -> Resolved | None:
-        """Plain configuration of a cell and why it does not apply, if so; None when Hydra itself has to be asked."""
+    def cell(self, overrides: Sequence[str], foreign_keys: bool = False) -> Resolved:
+        """Plain configuration of a cell, and why it does not apply, if so.
+
+        Parameters
+        ----------
+        overrides : sequence of str
+            As on the command line, one value each.
+        foreign_keys : bool
+            A key that the chosen option lacks and another one has makes the cell one that does not
+            apply; otherwise it is an error.
+        """
+        return self.shared(overrides, foreign_keys) or resolved(self.compose(list(overrides)))
+
+    def shared(self, overrides: Sequence[str], foreign_keys: bool = False) -> Resolved | None:
+        """As `cell`, from what is known of the choice of options; None when Hydra itself has to be asked."""
         choices, values = self.split(overrides)
         composed, plain, simple = self.composed(choices)
         if not simple or any(text.startswith("~") or "${" in text for text in values):
             return None
         config = copy.deepcopy(plain)
         for override in self.parser.parse_overrides(values):
-            if not put(config, override):
+            if not set_value(config, override, foreign_keys):
                 return None
         experiment = composed.hydra.runtime.choices.get("experiments")
         body = read_yaml(experiments()[experiment]) if experiment in experiments() else {}
@@ -65,16 +78,27 @@ class Composer:
         return self.known[key]
 
 
-def put(config: dict[str, Any], override: Override) -> bool:
+def resolved(composed: DictConfig) -> Resolved:
+    """Plain configuration of what Hydra composed, and why it does not apply, if so."""
+    task = OmegaConf.masked_copy(composed, [str(key) for key in composed if key != "hydra"])
+    return resolve.resolve(task, composed.hydra)
+
+
+def set_value(config: dict[str, Any], override: Override, foreign_keys: bool) -> bool:
     """Set one value; False when the key is not there, or when the value is not a plain one."""
     *groups, name = override.key_or_group.split(".")
     target: Any = config
     for group in groups:
         target = target.get(group) if isinstance(target, dict) else None
-    value = override.value()
-    if override.is_sweep_override() or not isinstance(target, dict) or name not in target:
+    if override.is_sweep_override() or override.package is not None or not isinstance(target, dict):
         return False
-    if isinstance(value, dict) or isinstance(target[name], dict) or override.package is not None:
+    foreign = (
+        foreign_keys and groups[:1] and groups[0] in GROUPS and name in declared_anywhere(groups[0])
+    )
+    value = override.value()
+    if isinstance(value, dict) or isinstance(target.get(name), dict):
+        return False
+    if name not in target and not foreign:
         return False
     target[name] = value
     return True

@@ -13,6 +13,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from functools import cache
 from pathlib import Path
 from typing import IO
 
@@ -29,9 +30,6 @@ def folder() -> Path:
     ) / f"mpmbench-{os.getuid()}"
     place.mkdir(exist_ok=True)
     return place
-
-
-_said = False
 
 
 @contextmanager
@@ -62,20 +60,21 @@ def undisturbed_since(started: float) -> bool:
 
 def wait_for(file: IO[str], kind: int, began: float, patience: float) -> bool:
     """Lock a file; says so, once, when that takes long, and gives up in the end."""
-    global _said
     while not locked(file, kind):
         waited = time.monotonic() - began
         if waited > patience:
             return False
-        if waited > SAY_AFTER and not _said:
-            _said = True
-            print(
-                "waiting for other runs of mpmbench on this machine (timing=exclusive)",
-                file=sys.stderr,
-                flush=True,
-            )
+        if waited > SAY_AFTER:
+            say_why()
         time.sleep(LOOK_EVERY)
     return True
+
+
+@cache
+def say_why() -> None:
+    """Say, once in the life of this process, what it waits for."""
+    text = "waiting for other runs of mpmbench on this machine (timing=exclusive)"
+    print(text, file=sys.stderr, flush=True)
 
 
 def locked(file: IO[str], kind: int) -> bool:

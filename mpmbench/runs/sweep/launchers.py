@@ -26,11 +26,6 @@ def chosen(pairs: list[str]) -> str:
     )
 
 
-def name_of(hydra: Any) -> str:
-    """Launcher of a composed run."""
-    return str(hydra.runtime.choices.get("hydra/launcher") or "")
-
-
 def end_workers(launcher: str) -> None:
     """Wait for the workers of a launcher to go, once the ledger has told them or they have nothing to do."""
     if launcher == "joblib":
@@ -65,40 +60,35 @@ def shared_folder(pairs: list[str]) -> Path | None:
     return output.absolute()
 
 
-def prepare(launcher: Any, master: Any, plan: Plan, only_plan: bool) -> None:
-    """Fit a launcher to the plan: no more processors in use than there are, and the package known to its workers.
-
-    Raises
-    ------
-    BadInput
-        When runs are to be timed in a way that the launcher cannot.
-    """
-    name = name_of(master.hydra)
-    if name in SEQUENTIAL or only_plan:
-        return
-    if name == "submitit_slurm" and any(
-        cell.config["timing"] == "exclusive" for cell in plan.to_run
-    ):
+def check(launcher: str, plan: Plan) -> None:
+    """Raise `BadInput` when runs are to be timed in a way that the launcher cannot."""
+    timed = any(cell.config["timing"] == "exclusive" for cell in plan.to_run)
+    if launcher == "submitit_slurm" and timed:
         raise BadInput(
-            "timing=exclusive: repeats run on this machine and not on the cluster's; time without a launcher"
+            "timing=exclusive: repeats run on this machine and not on the cluster's; "
+            "time without a launcher"
         )
+
+
+def make_known() -> None:
+    """Let the processes of a launcher find the package where it was found here."""
     paths = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path]
     if str(PACKAGE.parent) not in paths:
         os.environ["PYTHONPATH"] = os.pathsep.join([str(PACKAGE.parent), *paths])
-    if name == "joblib" and launcher.joblib.get("n_jobs", -1) == -1:
-        threads = max((cell.config["threads"] for cell in plan.to_run), default=1)
-        workers = max(1, (os.cpu_count() or 1) // threads)
-        launcher.joblib["n_jobs"] = min(workers, max(1, len(plan.to_run)))
 
 
-def warm_up(launcher: str, plan: Plan) -> None:
+def workers_for(plan: Plan) -> int:
+    """Number of runs side by side that this machine has processors for."""
+    threads = max((cell.config["threads"] for cell in plan.to_run), default=1)
+    return min(max(1, (os.cpu_count() or 1) // threads), max(1, len(plan.to_run)))
+
+
+def warm_up(plan: Plan) -> None:
     """Compile the kernels of a parallel sweep once, before its workers would each do it.
 
     Runs that differ in numbers only share their kernels; those compiled already are known by a mark
     beside the cache.
     """
-    if launcher in SEQUENTIAL or not plan.to_run:
-        return
     kinds: dict[str, dict[str, Any]] = {}
     for cell in sorted(plan.to_run, key=lambda cell: cell.work, reverse=True):
         kinds[kernels_of(cell.config)] = cell.config  # the smallest run of a kind comes last

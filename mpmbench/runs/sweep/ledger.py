@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.runs.sweep.execute import Record
-from mpmbench.settings.schema import BadInput
 
 PREFIX = "mpmbench-sweep-"
 RESERVE = 2**18  # bytes kept free for the records of runs that end on a full disk
@@ -68,23 +67,26 @@ class Ledger:
                 continue
         return found
 
-    def refuse(self, refusal: BadInput) -> None:
-        """Leave what is wrong with a configuration."""
-        self._place("refused", [str(refusal), refusal.exit_code])
+    def keep_config(self, name: str, config: dict[str, Any]) -> None:
+        """Leave the configuration of a run for the process that will do it."""
+        self._place(f"{name}.config", config)
 
-    def raise_refusal(self) -> None:
-        """Raise `BadInput` when a run has refused its configuration."""
-        file = self.folder / "refused"
-        if file.exists():
-            raise BadInput(*json.loads(file.read_text()))
+    def config(self, name: str) -> dict[str, Any]:
+        """Configuration of a run."""
+        content: dict[str, Any] = json.loads((self.folder / f"{name}.config").read_text())
+        return content
 
-    def say(self, word: str) -> None:
-        """Tell all workers: ``stop`` starting runs, or ``abandon`` those that run too."""
-        (self.folder / word).touch()
+    def request_stop(self) -> None:
+        """Ask all workers to start no further run."""
+        (self.folder / "stop").touch()
 
-    def said(self, word: str) -> bool:
-        """Whether that has been said."""
-        return (self.folder / word).exists()
+    def abandon(self) -> None:
+        """Ask all workers to end at once."""
+        (self.folder / "abandon").touch()
+
+    def may_start(self) -> bool:
+        """Whether no worker has been asked to stop."""
+        return not any((self.folder / word).exists() for word in ("stop", "abandon"))
 
     def owner(self) -> int:
         """Process that made this folder; 0 when it is gone."""
@@ -99,7 +101,7 @@ class Ledger:
 
     def owner_is_gone(self) -> bool:
         """Whether the command that made this folder has ended or given up; on another machine only the latter shows."""
-        return self.said("abandon") or self.is_leftover()
+        return (self.folder / "abandon").exists() or self.is_leftover()
 
     def is_leftover(self) -> bool:
         """Whether the command that made this folder has ended; one that has given up still writes its last records."""
@@ -162,14 +164,12 @@ def opened(parent: Path | None = None) -> Iterator[Ledger]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-_followed: set[Path] = set()
-
-
 def follow_owner(ledger: Ledger, end: Callable[[], None]) -> None:
     """In a worker: end this process, after calling `end`, as soon as the command that started the sweep is gone."""
-    if ledger.folder in _followed or ledger.owner() == os.getpid():
+    name = f"owner of {ledger.folder}"
+    followed = any(thread.name == name for thread in threading.enumerate())
+    if followed or ledger.owner() == os.getpid():
         return
-    _followed.add(ledger.folder)
 
     def watch() -> None:
         while not ledger.owner_is_gone():
@@ -177,4 +177,4 @@ def follow_owner(ledger: Ledger, end: Callable[[], None]) -> None:
         end()
         os._exit(1)
 
-    threading.Thread(target=watch, daemon=True).start()
+    threading.Thread(target=watch, name=name, daemon=True).start()

@@ -1,7 +1,7 @@
 """All cells of a sweep, before the first of them runs: what is wrong, what does not apply, what is finished already."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -25,7 +25,6 @@ LONG_ENOUGH = 20.0  # seconds of timed solving, after which a run is not repeate
 class Cell:
     """One combination of a sweep."""
 
-    overrides: list[str]
     config: dict[str, Any]
     not_applicable: str = ""
     earlier: dict[str, Any] | None = None  # attributes of the file of an earlier run
@@ -67,17 +66,13 @@ class Plan:
         return [*self.to_run, *self.finished, *self.not_applicable]
 
 
-def make_plan(
-    combinations: list[list[str]], compose: Callable[[list[str]], tuple[dict[str, Any], str]]
-) -> Plan:
-    """Compose and check every cell, and sort the cells by what is to be done with them.
+def make_plan(combinations: Iterable[tuple[dict[str, Any], str]]) -> Plan:
+    """Check every cell, and sort the cells by what is to be done with them.
 
     Parameters
     ----------
-    combinations : list of list of str
-        The overrides of each cell.
-    compose : callable
-        From overrides to the configuration and, when a key does not belong to a chosen option, the
+    combinations : iterable of (dict, str)
+        The configuration of each cell and, when a key does not belong to a chosen option, the
         reason why the cell does not apply.
 
     Raises
@@ -86,9 +81,8 @@ def make_plan(
         When any cell is wrong.
     """
     cells: dict[str, Cell] = {}
-    for overrides in combinations:
-        config, reason = compose(overrides)
-        cells.setdefault(config_hash(config), Cell(overrides, config, reason))
+    for config, reason in combinations:
+        cells.setdefault(config_hash(config), Cell(config, reason))
     answers = execute.check([(cell.config, cell.not_applicable) for cell in cells.values()])
     plan = Plan()
     codes: dict[str, str] = {}

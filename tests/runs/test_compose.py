@@ -1,0 +1,104 @@
+"""Compositions: values that we put in ourselves end up as Hydra would have put them, and the cells of a sweep."""
+
+import pytest
+from hydra import compose
+
+from mpmbench.runs.hydra.compose import compose_many, compose_sweep, composing, expand
+from mpmbench.runs.hydra.composer import resolved
+from mpmbench.settings.schema import BadInput
+
+ALIKE = [
+    "",
+    "resolution=8",
+    "resolution=8 resolution=9",
+    "method=otm basis=bspline basis.degree=3",
+    "method=unified method.mass=lumped time_step=auto",
+    "problem=plate_axis_aligned problem.body_force=false end_time=1e-3",
+    "material=neo_hookean material.young_modulus=5",
+    "snapshot_times=[0.1,2e-1] seed=3 limits.time=5 limits.memory=null",
+    "campaign='a name' output_dir=some/where",
+    "experiments=quickstart campaign=mine",
+    "method=otm method.transfer=flip basis.d_max=2.5 basis.prior=gaussian",
+    "experiments=quickstart time_step=2e-5",
+]
+
+
+@pytest.mark.parametrize("line", ALIKE)
+def test_the_same_as_hydra(line):
+    pairs = line.split() if "'" not in line else ["campaign='a-name'", "output_dir=some/where"]
+    with composing(pairs) as composer:
+        assert composer.shared(pairs) == resolved(composer.compose(pairs))
+
+
+@pytest.mark.parametrize(
+    "line", ["basis.degree=2", "limits={time:5}", "output_dir=${campaign}", "resolution=1,2"]
+)
+def test_what_is_not_simple_is_left_to_hydra(line):
+    with composing([line]) as composer:
+        assert composer.shared([line]) is None
+
+
+def test_hydra_composes_once_for_each_choice(monkeypatch):
+    calls = []
+
+    def counted(*arguments, **options):
+        calls.append(arguments)
+        return compose(*arguments, **options)
+
+    monkeypatch.setattr("hydra.compose", counted)
+    done = compose_many(
+        [[f"method={method}", f"resolution={n}"] for n in range(1, 20) for method in ("mpm", "otm")]
+    )
+    assert [config["resolution"] for config, _ in done[::2]] == list(range(1, 20))
+    assert len(calls) == 2
+
+
+def test_a_key_of_another_option_is_wrong_in_a_run_and_does_not_apply_in_a_sweep():
+    with pytest.raises(BadInput, match="the chosen basis has no degree, which belongs to bspline"):
+        compose_many([["basis.degree=2"]])
+    pairs = ["basis=linear,bspline", "basis.degree=2,3"]
+    found = [(config["basis"].get("degree"), reason) for config, reason in compose_sweep(pairs)]
+    assert found == [
+        (2, "basis=linear has no degree"), (3, "basis=linear has no degree"), (2, ""), (3, ""),
+    ]  # fmt: skip
+
+
+CELLS = {
+    "resolution=4,8 seed=1": ["resolution=4 seed=1", "resolution=8 seed=1"],
+    "seed=choice(1,2)": ["seed=1", "seed=2"],
+    "resolution=range(1,4)": ["resolution=1", "resolution=2", "resolution=3"],
+    "seed=1,2 seed=3": ["seed=3"],
+    "snapshot_times=[0.1,0.2],[]": ["snapshot_times=[0.1,0.2]", "snapshot_times=[]"],
+    "hydra/launcher=basic seed=1": ["seed=1"],
+}
+
+
+@pytest.mark.parametrize("line", CELLS)
+def test_the_cells_of_a_command_line(line):
+    with composing(line.split()) as composer:
+        assert [" ".join(cell) for cell in expand(composer, line.split())] == CELLS[line]
+
+
+def test_cases_beat_the_params_of_an_experiment_and_the_command_line_beats_both(
+    folder, monkeypatch
+):
+    (folder / "conf").mkdir()
+    (folder / "experiments").mkdir()
+    (folder / "experiments/mine.yaml").write_text(
+        "# @package _global_\ncases: [method=otm seed=7, basis=bspline]\n"
+        "hydra: {mode: MULTIRUN, sweeper: {params: {seed: '1,2', method: mpm, resolution: 4}}}\n"
+    )
+    monkeypatch.setenv("MPMBENCH_PLUGINS", str(folder))
+    line = ["experiments=mine", "resolution=8"]
+    with composing(line) as composer:
+        assert [" ".join(cell) for cell in expand(composer, line)] == [
+            "resolution=8 experiments=mine method=otm seed=7",
+            "seed=1 method=mpm resolution=8 experiments=mine basis=bspline",
+            "seed=2 method=mpm resolution=8 experiments=mine basis=bspline",
+        ]
+        assert len(expand(composer, [*line, "seed=3", "method=mpm,unified"])) == 4
+
+
+def test_a_sweep_over_an_interval_is_refused():
+    with pytest.raises(BadInput, match="a list of values is needed, as in seed=1,2"):
+        compose_sweep(["seed=interval(1,2)"])
