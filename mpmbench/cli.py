@@ -16,68 +16,28 @@ from mpmbench.settings.arguments import split
 from mpmbench.settings.files import shipped_folder
 from mpmbench.settings.schema import GROUPS, BadInput, experiments, options
 
-# A new command is one entry: its function takes the remaining arguments, returns the exit code, and
-# is imported on use.
+# What each command takes and does. `mpmbench.commands.<name>` is imported on use: its function
+# ``main`` takes the remaining arguments and returns the exit code.
 VERBS = {
-    "list": (
-        "mpmbench.commands.list:main",
-        "[NAME]",
-        "what there is, or what can be set for one option",
-    ),
-    "status": (
-        "mpmbench.commands.status:main",
-        "[RESULTS | KEY=VALUE]",
-        "what is finished, stale, failed or missing",
-    ),
-    "reproduce": (
-        "mpmbench.commands.reproduce:main",
-        "PAPER",
-        "run what is missing of a paper, then write its report",
-    ),
-    "report": (
-        "mpmbench.commands.report:main",
-        "RESULTS",
-        "write the report of a folder of results",
-    ),
-    "compare": (
-        "mpmbench.commands.compare:main",
-        "A B",
-        "what is better or worse in folder B than in A",
-    ),
-    "merge": (
-        "mpmbench.commands.merge:main",
-        "TARGET A B...",
-        "results of several machines in one folder",
-    ),
-    "rerun": (
-        "mpmbench.commands.rerun:main",
-        "FILE.nc",
-        "run again from a result file: is the same the result?",
-    ),
-    "check": (
-        "mpmbench.commands.check:main",
-        "FILE.py",
-        "does a plug-in keep its contract? a scorecard",
-    ),
-    "export": (
-        "mpmbench.commands.export:main",
-        "RESULT --vtk|--csv",
-        "particles for ParaView, or everything as CSV",
-    ),
-    "warmup": (
-        "mpmbench.commands.warmup:main",
-        "[KEY=VALUE...]",
-        "compile the kernels that a sweep needs beforehand",
-    ),
+    "list": ("[NAME]", "what there is, or what can be set for one option"),
+    "status": ("[FOLDER | FILE | KEY=VALUE]", "what is finished, stale, failed or missing"),
+    "reproduce": ("PAPER", "run what is missing of a paper, then write its report"),
+    "report": ("RESULTS", "write the report of a folder of results"),
+    "compare": ("A B", "what is better or worse in folder B than in A"),
+    "merge": ("TARGET A B...", "results of several machines in one folder"),
+    "rerun": ("FILE.nc", "run again from a result file: is the same the result?"),
+    "check": ("FILE.py", "does a plug-in keep its contract? a scorecard"),
+    "export": ("RESULT --vtk|--csv", "particles for ParaView, or everything as CSV"),
+    "warmup": ("[KEY=VALUE...]", "compile the kernels that a sweep needs beforehand"),
 }
 
 HELP = """\
 mpmbench: particle methods of solid mechanics on the same problem, the same particles and the same
 norm.
 
-  python -m mpmbench KEY=VALUE...                 one run
-  python -m mpmbench -m KEY=VALUE,VALUE...        all combinations
-  python -m mpmbench experiments=NAME             an experiment of {papers}; `list` names them
+  python -m mpmbench KEY=VALUE...                        one run
+  python -m mpmbench -m KEY=VALUE,VALUE...               all combinations
+  python -m mpmbench experiments=NAME                    an experiment of {papers}
 {verbs}
 
 Choices
@@ -140,8 +100,8 @@ def dispatch(arguments: list[str], started: float) -> int:
         print(__version__)
         return 0
     if arguments and arguments[0] in VERBS:
-        module, _, function = VERBS[arguments[0]][0].partition(":")
-        return int(getattr(importlib.import_module(module), function)(arguments[1:]))
+        command = importlib.import_module(f"mpmbench.commands.{arguments[0]}")
+        return int(command.main(arguments[1:]))
     flags, pairs = split(arguments, list(VERBS))
     if flags in (["--cfg", "job"], ["-c", "job"], ["--cfg=job"]):
         return show_configuration(pairs)
@@ -166,8 +126,8 @@ def help_text(arguments: list[str]) -> str:
     return HELP.format(
         papers=", ".join(sorted({name.partition("/")[0] for name in experiments()})),
         verbs="\n".join(
-            f"  python -m mpmbench {verb + ' ' + what:<29}{text}"
-            for verb, (_, what, text) in VERBS.items()
+            f"  python -m mpmbench {verb + ' ' + what:<36}{text}"
+            for verb, (what, text) in VERBS.items()
         ),
         options="\n".join(in_lines(f"  {group}=".ljust(14), options(group)) for group in GROUPS),
         keys="".join(

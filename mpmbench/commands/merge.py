@@ -42,7 +42,7 @@ def main(arguments: list[str]) -> int:
     done = Merged()
     for source in sources:
         for file in sorted(source.glob("*.nc")):
-            take(file, target / file.name, done)
+            copy_unless_as_good(file, target / file.name, done)
     for line in done.replaced + done.left_out:
         print(line)
     print(
@@ -52,7 +52,7 @@ def main(arguments: list[str]) -> int:
     return 1 if done.left_out else 0
 
 
-def take(file: Path, place: Path, done: Merged) -> None:
+def copy_unless_as_good(file: Path, place: Path, done: Merged) -> None:
     """Copy one file unless there is one as good; an unreadable one is left out, and never takes another's place."""
     attributes = read_attributes(file)
     if attributes is None:

@@ -20,7 +20,7 @@ COLOUR = re.compile(r"\x1b\[[0-9;]*[1-9][0-9;]*m")
 def cell(resolution: int, work: float) -> Cell:
     config = {name: {"name": name} for name in ("method", "basis", "problem")}
     config |= {"resolution": resolution, "output_dir": "results", "campaign": "live"}
-    return Cell([], config, work=work)
+    return Cell(config, work=work)
 
 
 def test_totals_and_what_may_be_left(capsys, monkeypatch):

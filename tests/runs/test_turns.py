@@ -93,7 +93,7 @@ def test_a_timing_that_was_disturbed_is_taken_again(command, folder, monkeypatch
                 (exclusive.folder() / "intruded").touch()
         return original(*request, **options)
 
-    monkeypatch.setattr(execute.isolation, "ask", disturbed)
+    monkeypatch.setattr(execute.isolation.processes, "ask", disturbed)
     command("resolution=4", "timing=exclusive", "repeats=1")
     (file,) = folder.rglob("*.nc")
     assert len(calls) == 3
