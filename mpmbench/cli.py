@@ -50,8 +50,8 @@ Keys, with their defaults (null: the problem brings a value) and units
 bad input.
 """
 KEYS_BELOW = """\
-Keys below a choice, such as basis.d_max: `list maxent` or `--help basis=maxent` shows them with their
-defaults, units and ranges."""
+Keys below a choice, such as basis.d_max: `list maxent` or `--help basis=maxent` shows them with
+their defaults, units and ranges."""
 SHOW_ONLY = {"--cfg", "-c", "--info", "-i", "-sc", "--shell-completion", "--hydra-help"}
 FULL_OR_FORBIDDEN = {
     errno.ENOSPC,

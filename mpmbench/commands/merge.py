@@ -1,4 +1,4 @@
-"""The command ``merge``: the results of several folders, for example from several machines, in one."""
+"""The command ``merge``: the results of several folders, or machines, in one."""
 
 import os
 import shutil
@@ -24,7 +24,7 @@ class Merged:
 
 
 def main(arguments: list[str]) -> int:
-    """``merge TARGET SOURCE...``: copies what TARGET lacks, or has in a worse state; the sources stay as they are."""
+    """``merge TARGET SOURCE...``: copies what TARGET lacks, or has in a worse state."""
     if len(arguments) < 2:
         raise BadInput(
             "merge: a target folder and at least one folder of results are needed: `merge results/all a b`"
@@ -53,7 +53,7 @@ def main(arguments: list[str]) -> int:
 
 
 def copy_unless_as_good(file: Path, place: Path, done: Merged) -> None:
-    """Copy one file unless there is one as good; an unreadable one is left out, and never takes another's place."""
+    """Copy one file unless there is one as good; one that cannot be read is left out."""
     attributes = read_attributes(file)
     if attributes is None:
         done.left_out.append(f"left out: {file}: not a readable result")
@@ -80,7 +80,7 @@ def copy_unless_as_good(file: Path, place: Path, done: Merged) -> None:
 
 
 def worth(attributes: dict[str, Any]) -> tuple[bool, bool, int, str]:
-    """What is preferred of two results: one that is ok, then one that will not change, the better timed, the newer."""
+    """How good a result is: ok, then one that will not change, the better timed, the newer."""
     status = attributes["status"]
     return status == "ok", status in LASTING, len(attributes["solver_times"]), attributes["started"]
 

@@ -16,7 +16,7 @@ STATES = ("fresh", "stale", "untimed", "failed", "missing")
 
 
 def main(arguments: list[str]) -> int:
-    """``status``, ``status RESULTS``, ``status FILE.nc``, or ``status`` with the arguments of a sweep."""
+    """``status``, ``status RESULTS``, ``status FILE.nc``, or ``status`` and a sweep's arguments."""
     if any("=" in argument or argument == "-m" for argument in arguments):
         return of_sweep(arguments)
     if len(arguments) > 1:

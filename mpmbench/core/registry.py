@@ -1,4 +1,4 @@
-"""Plug-ins by name: a file ``bases/<name>.py`` that registers ``<name>`` is all that a new option needs.
+"""Plug-ins by name: a file that registers a name is all that a new option needs.
 
 Nothing is imported before it is asked for, so that a run compiles and loads only what it uses.
 """
@@ -80,7 +80,7 @@ def get(kind: str, name: str) -> Any:
 
 @cache
 def places(kind: str) -> dict[str, str]:
-    """Module of each of our own plug-ins of one kind, by name; read from the text, without importing."""
+    """Module of each of our own plug-ins of one kind by name, read without importing."""
     folder = PACKAGE / PACKAGES[kind].partition(".")[2].replace(".", "/")
     return {
         name: ".".join(("mpmbench", *file.relative_to(PACKAGE).with_suffix("").parts))
@@ -102,7 +102,7 @@ def names(kind: str) -> list[str]:
 
 
 def plugin_folders() -> list[Path]:
-    """Folders of ``MPMBENCH_PLUGINS`` (separated as in PATH) and of entry points ``mpmbench.plugins``."""
+    """Folders of ``MPMBENCH_PLUGINS`` and of the entry points ``mpmbench.plugins``."""
     return _plugin_folders(os.environ.get("MPMBENCH_PLUGINS", ""))
 
 
@@ -127,7 +127,7 @@ def plugin_files() -> list[Path]:
 
 
 def plugin_modules() -> dict[str, Path]:
-    """Every plug-in file by its name as a module; of two files with one name, the second gets a mark."""
+    """Every plug-in file by its name as a module; a second of that name gets a mark."""
     modules: dict[str, Path] = {}
     for file in plugin_files():
         name = PREFIX + re.sub(r"\W", "_", file.stem)
@@ -138,7 +138,7 @@ def plugin_modules() -> dict[str, Path]:
 
 
 def plugins_of(kind: str, name: str) -> list[Path]:
-    """The plug-in files that ``<kind>=<name>`` may come from: that which names it, else all of them."""
+    """The plug-in files that ``<kind>=<name>`` may come from: those that name it, else all."""
     return [file for file in plugin_files() if name in _named(kind, file)] or plugin_files()
 
 
@@ -148,7 +148,7 @@ def load_plugins() -> None:
 
 
 def load_file(file: Path) -> str:
-    """Import one plug-in file, be it in a folder of plug-ins or not, and return its name as a module.
+    """Import one plug-in file from any folder, and return its name as a module.
 
     Raises
     ------
@@ -176,8 +176,8 @@ class PluginModules(MetaPathFinder):
     """Finds plug-in files as modules.
 
     Whatever has been compiled for a plug-in's classes stays in the cache of kernels under the name
-    of its module, and a look into the cache imports that. A file that is broken or gone, or has no such
-    class any more, gives an empty one for this reason: it concerns only the runs that use it.
+    of its module, and a look into the cache imports that. A file that is broken or gone, or has no
+    such class any more, gives an empty one: it concerns only the runs that use it.
     """
 
     def find_spec(

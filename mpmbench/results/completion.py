@@ -1,4 +1,4 @@
-"""The mark of a complete experiment: what its results depend on, and which files in its folder are its results."""
+"""The mark of a complete experiment: what its results depend on, and which files they are."""
 
 import json
 from pathlib import Path

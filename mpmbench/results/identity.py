@@ -1,4 +1,4 @@
-"""What a run is known by: hashes of its configuration and of the code that its result depends on, and its file."""
+"""What a run is known by: hashes of its configuration and of its code, and its file."""
 
 import ast
 import hashlib
@@ -54,7 +54,7 @@ def solver_files(with_plugins: bool = True) -> list[Path]:
 
 
 def sources_hash(with_plugins: bool = True) -> str:
-    """Hash of the bytes of all solver sources: two programs with the same one may share compiled kernels."""
+    """Hash of all solver sources: programs with the same one may share compiled kernels."""
     digest = hashlib.sha256()
     for file in solver_files(with_plugins):
         digest.update(str(file).encode() + b"\0" + file.read_bytes() + b"\0")
@@ -62,7 +62,7 @@ def sources_hash(with_plugins: bool = True) -> str:
 
 
 def code_digests(config: dict[str, Any]) -> dict[str, str]:
-    """Digest of each source file that this configuration's result depends on, by its path in the package.
+    """Digest of each source file that a result depends on, by its path in the package.
 
     These are the driver of a case, the chosen plug-ins and all that they import of the package.
     """
@@ -97,7 +97,7 @@ def code_hash(digests: dict[str, str]) -> str:
 
 @cache
 def _meaning(file: Path, modified: int) -> tuple[str, tuple[str, ...]]:
-    """Digest of a source file without comments and docstrings, and the package's files that it imports."""
+    """Digest of a source file without comments and docstrings, and what it imports of ours."""
     tree = ast.parse(file.read_bytes())
     imported: set[str] = set()
     for node in ast.walk(tree):

@@ -1,4 +1,4 @@
-"""Where a result comes from: versions, machine, commit. What a reader needs to judge it or to repeat it."""
+"""Where a result comes from: versions, machine, commit."""
 
 import os
 import platform
@@ -72,7 +72,7 @@ def library_versions() -> dict[str, str]:
 
 
 def git() -> tuple[str, str]:
-    """Commit of the checkout that the package runs from, and whether its solver was edited: yes, no or unknown."""
+    """Commit of the checkout, and whether its solver was edited: yes, no or unknown."""
     if not (PACKAGE.parent / ".git").exists():
         return "unknown", "unknown"
     try:

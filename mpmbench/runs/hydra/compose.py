@@ -1,4 +1,4 @@
-"""Our side of Hydra: where it finds options and experiments, and the configurations that it composes."""
+"""Configurations of runs and of the cells of sweeps, composed by Hydra."""
 
 import itertools
 import os
@@ -38,7 +38,7 @@ def wants_many(flags: Sequence[str], pairs: Sequence[str]) -> bool:
 
 
 def compose_many(combinations: Sequence[Sequence[str]]) -> list[Resolved]:
-    """Configuration of each combination of overrides, and why it does not apply, if so; nothing runs.
+    """Configuration of each combination, and why it does not apply, if so; nothing runs.
 
     Raises
     ------
@@ -50,13 +50,13 @@ def compose_many(combinations: Sequence[Sequence[str]]) -> list[Resolved]:
 
 
 def compose_sweep(pairs: Sequence[str]) -> list[Resolved]:
-    """As `compose_many`, for all cells of a sweep; one with a key of another option does not apply."""
+    """As `compose_many`, for a sweep; a cell with a key of another option does not apply."""
     with composing(pairs) as composer:
         return [composer.cell(cell, foreign_keys=True) for cell in expand(composer, pairs)]
 
 
 def expand(composer: Composer, pairs: Sequence[str]) -> list[list[str]]:
-    """Overrides of each cell: all values of the command line and of the experiment's ``params`` and ``cases``.
+    """Overrides of each cell, from the command line and an experiment's ``params`` and ``cases``.
 
     The command line beats a case, and a case beats ``params``.
     """
@@ -93,7 +93,7 @@ def words_of_hydra(pairs: Sequence[str]) -> list[str]:
 
 @contextmanager
 def composing(pairs: Sequence[str]) -> Iterator[Composer]:
-    """Something that composes; what Hydra has to say about the given overrides becomes one sentence.
+    """Something that composes; what Hydra has to say of the overrides becomes one sentence.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def composing(pairs: Sequence[str]) -> Iterator[Composer]:
 
 
 def show(flags: Sequence[str], pairs: Sequence[str]) -> None:
-    """Let Hydra answer what it is asked for: its configuration, its help, the completion of a shell."""
+    """Let Hydra answer for itself: its configuration, its help, the completion of a shell."""
     before, sys.argv = sys.argv, ["mpmbench", *flags, *pairs]
     place = str(shipped_folder("conf"))
     try:
@@ -139,7 +139,7 @@ def in_one_sentence(pairs: Sequence[str]) -> Iterator[None]:
 
 
 def comes_of_interruption(error: BaseException | None) -> bool:
-    """Whether an error came up while an interruption was on its way, from what that left half done."""
+    """Whether an error came of what an interruption left half done."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__context__
     return error is not None

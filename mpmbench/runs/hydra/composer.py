@@ -1,4 +1,4 @@
-"""Compositions that share their choice of options: Hydra composes each choice once, and values are put in by us.
+"""Compositions that share their choice of options, which Hydra composes once.
 
 Hydra takes 0.13 s for a composition, nearly all of it for the lists of defaults. What is not simple
 is left to it.
@@ -47,7 +47,7 @@ class Composer:
         return self.shared(overrides, foreign_keys) or resolved(self.compose(list(overrides)))
 
     def shared(self, overrides: Sequence[str], foreign_keys: bool = False) -> Resolved | None:
-        """As `cell`, from what is known of the choice of options; None when Hydra itself has to be asked."""
+        """As `cell`, from what is known of its choice; None when Hydra itself has to be asked."""
         choices, values = self.split(overrides)
         composed, plain, simple = self.composed(choices)
         if not simple or any(text.startswith("~") or "${" in text for text in values):
@@ -68,7 +68,7 @@ class Composer:
         return choices, [text for text in overrides if text not in choices]
 
     def composed(self, choices: list[str]) -> tuple[DictConfig, dict[str, Any], bool]:
-        """What Hydra makes of a choice, the same as plain dictionaries, and whether these are all there is to it."""
+        """What Hydra makes of a choice, the same as dictionaries, and whether these tell all."""
         key = tuple(choices)
         if key not in self.known:
             whole = self.compose(choices)

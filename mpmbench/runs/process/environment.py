@@ -1,4 +1,4 @@
-"""Environment of the processes that compute: where compiled kernels are kept, how many threads libraries start."""
+"""Environment of the processes that compute: the cache of kernels, threads of libraries."""
 
 import os
 import shutil

@@ -1,4 +1,4 @@
-"""Whose turn it is on this machine: runs that are timed wait until no other run of this user is under way.
+"""Whose turn it is on this machine: runs that are timed wait until no other is under way.
 
 Two locked files: a run holds the first while it waits, so that an exclusive one is not overtaken
 for ever, and the second while it computes, shared or alone. The system releases them when a process
@@ -88,7 +88,7 @@ def locked(file: IO[str], kind: int) -> bool:
 
 @contextmanager
 def slot(place: Path, number: int) -> Iterator[None]:
-    """Wait until fewer than `number` processes hold a slot in a folder: for a launcher that starts all jobs at once."""
+    """Wait until fewer than `number` processes hold a slot in a folder."""
     with ExitStack() as stack:
         files = [stack.enter_context((place / f"slot{k}").open("w")) for k in range(number)]
         while not any(locked(file, fcntl.LOCK_EX) for file in files):

@@ -1,4 +1,4 @@
-"""Children that compute: started in a few milliseconds, watched from outside, and killed when a limit is reached.
+"""Children that compute: watched from outside, and killed when a limit is reached.
 
 Nothing short of this contains a hang inside compiled code or a segmentation fault. A child is used
 again after a run that ended well and replaced after anything else.
@@ -93,7 +93,7 @@ class Server:
             return -signal.SIGKILL  # children end with the server
 
     def _exchange(self, send: Callable[[], object]) -> int:
-        """Send a request and return its answer; a server whose answer was not awaited is not asked again."""
+        """Send a request and return its answer; a server that was not waited for is closed."""
         try:
             send()
             data = self.control.recv(8, socket.MSG_WAITALL)
@@ -212,7 +212,7 @@ def how_it_ended(code: int) -> str:
 
 
 class Processes:
-    """The server of this process and the child that its requests go to, started when they are needed.
+    """The server of this process and the child that requests go to, started on use.
 
     A server serves as long as the environment and the plug-ins are those that it was started with.
     """

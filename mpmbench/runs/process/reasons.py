@@ -1,4 +1,4 @@
-"""One line for what a run raised: the error, its cause, and the place in the sources where it came up."""
+"""One line for what a run raised: the error, its cause, and the place in the sources."""
 
 import re
 import traceback
@@ -39,7 +39,7 @@ def cause_of(text: str) -> tuple[str, str]:
 
 
 def place_of(error: BaseException) -> str:
-    """File and line where an error was raised: the innermost of a plug-in, else the innermost of all."""
+    """File and line where an error was raised: the innermost of a plug-in, else of all."""
     if isinstance(error, SyntaxError):  # says it itself
         return ""
     frames = traceback.extract_tb(error.__traceback__)

@@ -1,4 +1,4 @@
-"""The child's side of ``check``: what a plug-in file brings, and whether it keeps one part of its contract."""
+"""The child's side of ``check``: what a plug-in file brings, and whether it keeps its contract."""
 
 import importlib
 from multiprocessing.connection import Connection

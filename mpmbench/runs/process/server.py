@@ -1,4 +1,4 @@
-"""The process that children are forked from: it has loaded all heavy libraries once and does nothing else.
+"""The process that children are forked from; it has loaded all heavy libraries once.
 
 Run as ``python -m mpmbench.runs.process.server DESCRIPTOR PARENT``. The client sends a socket to get a
 child that serves it, or the number of a child to learn how it ended. When the client goes away the

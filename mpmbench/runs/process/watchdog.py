@@ -1,4 +1,4 @@
-"""The process that outlives a command which was killed, for a moment: it ends what a launcher has started.
+"""A process that outlives a command which was killed, and ends what a launcher has started.
 
 A launcher's workers notice by themselves that their command is gone, but not before their first run
 has come. This file runs as a program of its own, with a pipe from the command: `DONE` on it means

@@ -1,4 +1,4 @@
-"""What a child process does: check configurations, run one case and leave its file. The heavy libraries load here."""
+"""What a child process does: check configurations, run one case and leave its file."""
 
 import time
 import traceback
@@ -35,7 +35,7 @@ def serve(connection: Connection) -> None:
 def check(
     connection: Connection, cells: list[tuple[dict[str, Any], str, str]]
 ) -> list[dict[str, Any]]:
-    """For each configuration: what is wrong with it, why it does not apply, its memory, and its earlier result."""
+    """Tell what is wrong with each configuration, its memory, and its earlier result."""
     answers = []
     for config, reason, target in cells:
         answer: dict[str, Any] = {"bad": "", "not_applicable": reason, "memory": 0.0}
@@ -97,7 +97,7 @@ def record(
     known: dict[str, tuple[float, str, str]],
     target: str,
 ) -> dict[str, Any]:
-    """Write the file of a run that did not get to it: attributes, and `known` scalars as (value, units, long name)."""
+    """Write the file of a run that did not; `known` has value, units and long name of scalars."""
     scalars = {
         name: ((), value, {"units": units, "long_name": text})
         for name, (value, units, text) in known.items()
@@ -148,7 +148,7 @@ def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict
 
 
 def score(name: str) -> Callable[..., Any]:
-    """A function of `mpmbench.runs.process.scoring`, imported when it is needed; what it raises becomes a sentence."""
+    """A function of `scoring`, imported on use; what it raises becomes a sentence."""
 
     def answer(connection: Connection, *arguments: Any) -> Any:
         try:
@@ -171,7 +171,7 @@ ANSWERS: dict[str, Callable[..., Any]] = {
 
 
 def progress_to(connection: Connection) -> Any:
-    """A progress function that sends the first call and then one message every `REPORT_EVERY` seconds."""
+    """A progress function that sends a message every `REPORT_EVERY` seconds."""
     last = -1.0
 
     def progress(fraction: float, simulation_time: float) -> None:
@@ -193,7 +193,7 @@ def forget_peak_memory() -> None:
 
 
 def peak_memory() -> float:
-    """Peak resident memory [MiB] since `forget_peak_memory`, or of the process's life elsewhere than on Linux."""
+    """Peak resident memory [MiB] since `forget_peak_memory`; elsewhere than on Linux, ever."""
     try:
         status = Path("/proc/self/status").read_text()
         return int(status.partition("VmHWM:")[2].split()[0]) / 1024

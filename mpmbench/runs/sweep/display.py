@@ -1,4 +1,4 @@
-"""What the user sees of runs: a summary, one line per run of a sweep, a table of failures, a progress bar."""
+"""What the user sees of runs: a summary, lines, a table of failures, a progress bar."""
 
 import math
 import os
@@ -113,7 +113,7 @@ def on_terminal() -> bool:
 
 @contextmanager
 def progress_bar(name: str, shown: bool = True) -> Iterator[Callable[[float, float], None] | None]:
-    """A function that draws a bar once the run has taken a while, or None when nobody is looking."""
+    """A function that draws a bar after a while, or None when nobody is looking."""
     if not shown or not on_terminal():
         yield None
         return

@@ -62,7 +62,7 @@ def limits_of(config: dict[str, Any]) -> dict[str, Any]:
 
 
 def check(cells: list[tuple[dict[str, Any], str]]) -> list[dict[str, Any]]:
-    """Have the plug-ins judge configurations before anything runs; see `mpmbench.runs.process.worker.check`.
+    """Have a child judge configurations before anything runs; see its `check`.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def check(cells: list[tuple[dict[str, Any], str]]) -> list[dict[str, Any]]:
 
 
 def check_folder(folder: Path, what: str = "output_dir:") -> None:
-    """Raise `BadInput` when nothing can be written to `folder`, which is `what`; creates nothing."""
+    """Raise `BadInput` about `what` when nothing can be written to `folder`."""
     existing = folder
     while not existing.exists() and existing != existing.parent:
         existing = existing.parent
@@ -212,7 +212,7 @@ def _record(target: Path, answer: dict[str, Any], started: float) -> Record:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Ignore Ctrl-C and requests to terminate for a moment (in the main thread, where signals arrive)."""
+    """Ignore Ctrl-C and requests to terminate for a moment."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

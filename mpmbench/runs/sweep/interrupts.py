@@ -5,7 +5,7 @@ from typing import Any
 
 
 class TerminatedLikeInterrupted:
-    """While active, a request to terminate ends the running case as Ctrl-C does, with its record."""
+    """While active, a request to terminate does what Ctrl-C does."""
 
     def __enter__(self) -> None:
         def interrupt(number: int, frame: Any) -> None:

@@ -1,4 +1,4 @@
-"""Sweeps under Hydra's launchers: joblib on one machine, submitit on a cluster or, for tests, as local jobs."""
+"""Sweeps under Hydra's launchers: joblib on one machine, submitit on a cluster."""
 
 import hashlib
 import os
@@ -27,7 +27,7 @@ def chosen(pairs: list[str]) -> str:
 
 
 def end_workers(launcher: str) -> None:
-    """Wait for the workers of a launcher to go, once the ledger has told them or they have nothing to do."""
+    """Wait for the workers of a launcher to go when they have nothing more to do."""
     if launcher == "joblib":
         # Asking joblib for its workers would import it, which fails after an import that was
         # interrupted half-way.
@@ -41,7 +41,7 @@ def end_workers(launcher: str) -> None:
 
 
 def shared_folder(pairs: list[str]) -> Path | None:
-    """Where the ledger must lie so that the jobs see it; None when any folder of this machine will do.
+    """Where the ledger must lie so that jobs see it; None when any folder will do.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the processes of one command tell each other: a temporary folder with one small file per run.
+"""A temporary folder with which the processes of one command tell each other of runs.
 
 Hydra's launchers hand back nothing before the last run has ended, and nothing at all when a worker
 dies. A folder works under each of them, on a cluster too when it lies on a shared disk. It is the
@@ -36,7 +36,7 @@ class Ledger:
         self.forget_start(record.name)
 
     def started(self, name: str, fraction: float = 0.0) -> None:
-        """Leave a mark that a run has started, or how far it is; a full disk is no reason to end it."""
+        """Mark that a run has started, or how far it is; a full disk is no reason to end it."""
         try:
             self._place(f"{name}.running", {"fraction": fraction})
         except OSError:
@@ -100,11 +100,11 @@ class Ledger:
         (self.folder / f"{name}.running").unlink(missing_ok=True)
 
     def owner_is_gone(self) -> bool:
-        """Whether the command that made this folder has ended or given up; on another machine only the latter shows."""
+        """Whether the command that made this folder has ended or given up."""
         return (self.folder / "abandon").exists() or self.is_leftover()
 
     def is_leftover(self) -> bool:
-        """Whether the command that made this folder has ended; one that has given up still writes its last records."""
+        """Whether the command that made this folder has ended."""
         try:
             owner = json.loads((self.folder / "owner").read_text())
         except (OSError, ValueError):
@@ -165,7 +165,7 @@ def opened(parent: Path | None = None) -> Iterator[Ledger]:
 
 
 def follow_owner(ledger: Ledger, end: Callable[[], None]) -> None:
-    """In a worker: end this process, after calling `end`, as soon as the command that started the sweep is gone."""
+    """In a worker: call `end` and exit as soon as the command that started it is gone."""
     name = f"owner of {ledger.folder}"
     followed = any(thread.name == name for thread in threading.enumerate())
     if followed or ledger.owner() == os.getpid():

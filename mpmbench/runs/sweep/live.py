@@ -1,4 +1,4 @@
-"""What is seen of a sweep while it runs: a line for each run that has ended, and on a terminal the others."""
+"""What is seen of a sweep while it runs: a line per ended run; on a terminal, the others."""
 
 import threading
 import time
@@ -105,7 +105,7 @@ class View:
         return "\n".join(lines)
 
     def time_left(self, running: dict[str, float]) -> float | None:
-        """Seconds that the rest may take, by the estimated work of what is done; None before there is any."""
+        """Seconds that the rest may take, by the work that is done; None before there is any."""
         work = {cell.name: cell.work for cell in self.plan.to_run}
         done = sum(work.get(name, 0.0) for name in self.shown)
         done += sum(

@@ -1,4 +1,4 @@
-"""All cells of a sweep, before the first of them runs: what is wrong, what does not apply, what is finished already."""
+"""All cells of a sweep before one runs: what is wrong, does not apply, is finished."""
 
 import json
 from collections.abc import Iterable
@@ -140,7 +140,7 @@ def state_of(earlier: dict[str, Any] | None, config: dict[str, Any], code: str) 
 
 
 def timed_enough(solver_times: list[float], config: dict[str, Any]) -> bool:
-    """Whether a run has been timed as often as is wanted, or for so long that its time is certain enough."""
+    """Whether a run has been timed as often as is wanted, or for long enough."""
     return len(solver_times) >= config.get("repeats", 1) or sum(solver_times) > LONG_ENOUGH
 
 

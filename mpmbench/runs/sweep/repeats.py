@@ -15,7 +15,7 @@ def repeat_timings(
     on_round: Callable[[int, int], None] = lambda due, number: None,
     on_record: Callable[[Record], None] = lambda record: None,
 ) -> None:
-    """Run again, one at a time and in turn, what is timed exclusively, until it has been often enough.
+    """Run again, in turn, what is timed exclusively, until it has been often enough.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ def is_younger(page: Path, files: Iterable[Path]) -> bool:
 
 
 def build(folder: Path, only_when_older: bool = False) -> bool:
-    """Write the report of a folder of results and say where it is; a report that fails loses no run."""
+    """Write the report of a folder and say where it is; one that fails loses no run."""
     page = folder / "report" / "index.html"
     rooms = [PACKAGE / room for room in ("report", "analysis")]
     sources = [file for room in rooms for file in room.iterdir() if file.is_file()]

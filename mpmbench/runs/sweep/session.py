@@ -1,4 +1,4 @@
-"""A sweep from its arguments to its exit code: its plan, its runs, its timings, its failures and its report."""
+"""A sweep from its arguments to its exit code: plan, runs, timings, failures, report."""
 
 import os
 import time
@@ -141,7 +141,7 @@ class Session:
                     raise BadInput(sentence, exit_code=1) from None
 
     def close_open_runs(self, ledger: Ledger, status: str, reason: str) -> None:
-        """Leave a record for every run that has started and not ended, of which nobody else will."""
+        """Leave a record for every run that has started, and that nobody else will end."""
         open_runs = ledger.running()
         for cell in self.plan.to_run:
             if cell.name not in open_runs or cell.name in ledger.records():
