@@ -6,7 +6,6 @@ import numpy as np
 
 from benchmarks.measure import interleaved
 from mpmbench import case
-from mpmbench.core import registry
 from mpmbench.core.implicit.newton import Equations
 from mpmbench.core.implicit.step import prepare
 from mpmbench.core.loads import external_force
@@ -77,7 +76,7 @@ def whole_runs() -> None:
     )
     for name, overrides in runs:
         state = build(*overrides)
-        step = registry.get("method", state.choices.time)
+        step = state.choices.step
         static = state.choices.time == "static"
         dt, steps = (1.0, 1) if static else (2e-3, 1000)
         step(build(*overrides), dt)  # compiles

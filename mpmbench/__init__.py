@@ -21,7 +21,7 @@ NAMES = {  # by the module in which they stand
     "settings.schema": "BadInput",
     # Geometry, particles and loads
     "core.geometry": "Box Cloud Geometry tensor_points",
-    "core.particles": "Particles seed_cells",
+    "core.particles": "ParticleData Particles seed_cells",
     "core.state": "Loads State",
     "core.simulation": "Body Solution",
     # What a plug-in registers, and how a run ends without a result
@@ -29,6 +29,9 @@ NAMES = {  # by the module in which they stand
     "core.setting": "Settings setting",
     "problems": "Problem Fields",
     "core.choices": "Choices",
+    "core.loops": "TimeLoop",
+    "core.loops.explicit": "Explicit",
+    "core.transfer": "Transfer TransferPromises",
     "core.materials": "Material cauchy_stress kirchhoff_stress energy_density",
     "core.materials.isotropic": "IsotropicElastic Lame",
     "core.bases": "Basis BasisSettings Promises",

@@ -177,6 +177,14 @@ def _add_snapshots(
     for name, (column, unit, text) in getattr(case.material, "outputs", {}).items():
         values = np.array([shot["state"][keep, column] for shot in shots])
         out[name] = (("snapshot", "particle"), values, {"units": unit, "long_name": text})
+    for name, declared in p.declared.items():
+        axes = [
+            ("dim", "dim2")[declared.axes[:k].count("dim")] if axis == "dim" else f"{name}_{k}"
+            for k, axis in enumerate(declared.axes)
+        ]
+        values = np.array([shot[name][keep] for shot in shots])
+        out[name] = (("snapshot", "particle", *axes), values)
+        out[name].attrs = {"units": declared.unit, "long_name": declared.says}
     half = _velocity_lag(case, solution)
     for name, dims in (("displacement", vector), ("velocity", vector), ("stress", tensor)):
         exact = [_exact(case, X, t, half if t > 0.0 else 0.0).get(name) for t in times]
@@ -189,8 +197,8 @@ def _add_snapshots(
 
 
 def _velocity_lag(case: Case, solution: Solution) -> float:
-    """How much earlier than positions velocities live [s]: half a step of the leapfrog scheme."""
-    return 0.5 * solution.time_step if case.choices.time == "explicit" else 0.0
+    """How much earlier than positions velocities live [s]."""
+    return case.choices.velocity_lag * solution.time_step
 
 
 def _exact(case: Case, X: np.ndarray, t: float, half_step: float) -> dict[str, np.ndarray]:

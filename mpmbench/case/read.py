@@ -1,5 +1,6 @@
 """From a resolved configuration to the plug-ins of one run, with all that speaks against it."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -8,12 +9,14 @@ import numpy as np
 
 from mpmbench.core import registry
 from mpmbench.core.bases import BasisSettings
-from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import has_version
 from mpmbench.core.errors import BadSetting, NotApplicable, require
 from mpmbench.core.geometry import Box
+from mpmbench.core.loops import TimeLoop, find_loop
 from mpmbench.core.materials import Material
 from mpmbench.core.moved import complete
+from mpmbench.core.particles import particle_data
+from mpmbench.core.transfer import find_transfer
 from mpmbench.problems import Problem
 
 Config = Mapping[str, Any]
@@ -24,7 +27,7 @@ class Case:
     """The plug-ins of one run, with their settings checked."""
 
     problem: Problem
-    choices: Choices
+    choices: TimeLoop
     basis: BasisSettings
     material: Material
     basis_name: str
@@ -43,7 +46,12 @@ def read(config: Config) -> Case:
         When the combination cannot be run.
     """
     method = dict(config["method"])
-    choices = _instantiate("method", Choices, method)
+    try:
+        loop = find_loop(method["time"])
+    except KeyError:
+        loops = "one of " + ", ".join(registry.names("method"))
+        raise BadSetting("method.time", method["time"], loops) from None
+    choices = _instantiate("method", loop, method)
     built = {kind: _plugin(kind, config[kind]) for kind in ("problem", "basis", "material")}
     if any(field.name == "random_seed" for field in fields(built["problem"])):
         built["problem"] = replace(built["problem"], random_seed=int(config.get("seed", 0)))
@@ -58,23 +66,12 @@ def read(config: Config) -> Case:
     )
     problem, dimension = case.problem, case.problem.dimension
     problem.check_particles(per_cell)
-    try:
-        step = registry.get("method", choices.time)
-    except KeyError:
-        raise BadSetting(
-            "method.time", choices.time, "one of " + ", ".join(registry.names("method"))
-        ) from None
-    getattr(step, "check", lambda _: None)(choices)
-    getattr(step, "check_basis", lambda _: None)(case.basis_name)
     complete(type(case.basis), BasisSettings)
+    choices.check(case)
     case.basis.check(choices, problem.touches_fixed_nodes)
     if choices.moving and not case.basis.promises.moves:
         raise NotApplicable(f"basis={case.basis_name} has nodes that cannot move")
-    if choices.ghost_stiffness > 0.0 and not case.basis.background_grid:
-        raise NotApplicable(
-            f"method.ghost_stiffness > 0 needs a background grid, and basis={case.basis_name} has none"
-        )
-    needs = getattr(step, "needs", None)
+    needs = choices.stress
     if needs is not None and not has_version(needs, type(case.material.law)):
         name = config["material"]["name"]
         raise NotApplicable(
@@ -128,13 +125,14 @@ def estimate_memory(config: Config) -> float:
         if isinstance(geometry, Box)
         else len(geometry.nodes)
     )
-    particle = (
-        8.0 * (8 + 5 * dim + 3 * dim**2) * 4
-    )  # arrays, their snapshots, and the state that is warmed up
+    further = particle_data(find_transfer(case.choices.transfer), case.basis, case.material)
+    numbers = 8 + 5 * dim + 3 * dim**2
+    numbers += sum(math.prod(one.shape(dim)) for one in further.values())
+    particle = 8.0 * numbers * 4  # arrays, their snapshots, and the state that is warmed up
     clouds = case.choices.moving or not case.basis.promises.grid
     stencil = 8.0 * 5**dim * (2 + 2 * dim) if clouds else 0.0
     if (
-        case.choices.time != "explicit"
+        case.choices.implicit
     ):  # where each pair of functions of a particle goes in the matrix, and its band
         pairs = (3**dim) ** 2 if clouds else (2**dim) ** 2
         stencil += 4.0 * pairs

@@ -10,7 +10,7 @@ from mpmbench.core import registry
 from mpmbench.core.bases import Basis, BasisSettings, Promises
 from mpmbench.core.errors import SolverFailure
 from mpmbench.core.geometry import Box
-from mpmbench.core.transfer import p2g_mass
+from mpmbench.core.transfer.sums import p2g_mass
 
 UPPER, CELLS = (1.2, 1.0, 0.8), (6, 5, 4)
 

@@ -6,16 +6,21 @@ from typing import Any
 
 import numpy as np
 
+from mpmbench.analysis.convergence import fitted_order
+from mpmbench.analysis.norms import error_norms
 from mpmbench.contracts import Check, Finding, largest
 from mpmbench.core import registry
-from mpmbench.core.choices import Choices
 from mpmbench.core.geometry import Box
+from mpmbench.core.loops import TimeLoop
 from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.simulation import Body, Solution, build_state, simulate
 from mpmbench.core.state import Loads, State
 
 SPACING = 0.25  # cell size [m]
 TIME_STEP = 5e-4  # [s]
+PLATE_CELLS = (4, 8, 16)
+PLATE_STEP, PLATE_TIME = 2.5e-5, 3.5e-3  # [s]
+ORDER_TOLERANCE = 0.35
 Velocity = Callable[[np.ndarray], np.ndarray]
 
 
@@ -25,13 +30,13 @@ class MethodCase:
 
     Attributes
     ----------
-    choices : Choices
+    choices : TimeLoop
     dimension : int
     basis, material : str
         Registered names.
     """
 
-    choices: Choices
+    choices: Any
     dimension: int
     basis: str = "linear"
     material: str = "neo_hookean"
@@ -62,7 +67,7 @@ class MethodCase:
         return build_state(body, registry.get("basis", self.basis)(), law, self.choices)
 
 
-def cases(choices: Choices) -> list[MethodCase]:
+def cases(choices: TimeLoop) -> list[MethodCase]:
     """All cases of a method."""
     return [MethodCase(choices, dimension) for dimension in (1, 2, 3)]
 
@@ -157,7 +162,7 @@ def angular_momentum(case: MethodCase) -> Finding:
     solution = simulate(state, TIME_STEP, 0.01)  # short: nothing enters an empty cell
     spin = np.array(solution.history["angular_momentum"])[:, 2]
     drift = float(np.abs(spin - spin[0]).max() / np.abs(spin[0]))
-    declared = "angular_momentum" in case.choices.conserves and state.material.symmetric
+    declared = "angular_momentum" in case.choices.promises.conserves and state.material.symmetric
     claim = "conservation of angular momentum"
     return Finding.all(
         [
@@ -174,7 +179,7 @@ def uniform_stretch(case: MethodCase) -> Finding:
     state = case.block(lambda x: x @ gradient.T, cells=5)
     ended = steps(state, n=1, dt=dt)
     p, expected = state.particles, np.eye(dim) + dt * gradient
-    if choices.mass == "consistent" or choices.transfer == "nodal":
+    if choices.promises.affine:
         findings = [
             ended,
             Finding.below(largest(p.F - expected), 1e-10, "error of the deformation gradient"),
@@ -196,6 +201,78 @@ def uniform_stretch(case: MethodCase) -> Finding:
                 largest(p.F[inner] - expected), 1e-12, "error of the deformation gradient"
             ),
         ]
+    )
+
+
+def affine_fields(case: MethodCase) -> Finding:
+    """An affine velocity field goes from the nodes to the particles and back unchanged, if that is declared."""
+    dim = case.dimension
+    gradient = 2.0 * np.arange(1.0, dim * dim + 1.0).reshape(dim, dim) / dim**2
+
+    def velocity(x: np.ndarray) -> np.ndarray:
+        return 1.0 + (x - 3.0 * SPACING) @ gradient.T
+
+    state = case.block(velocity)
+    start = state.basis.nodes.copy()
+    ended = steps(state, n=1)
+    seen = state.nodes.m > 1e-6 * state.particles.m.sum() / len(state.particles.m)
+    error = largest((state.nodes.v_old - velocity(start))[seen]) / largest(velocity(start)[seen])
+    claim = "that affine velocities come back to the nodes"
+    declared = case.choices.promises.affine
+    measured = f"relative error {error:.2g}"
+    return Finding.all([ended, Finding.as_declared(error < 1e-10, declared, claim, measured)])
+
+
+def energy(case: MethodCase) -> Finding:
+    """Velocities without any order keep their energy when that is declared, and are filtered away otherwise."""
+
+    def velocity(x: np.ndarray) -> np.ndarray:
+        return 1e-2 * np.random.default_rng(1).standard_normal(x.shape)
+
+    state = case.block(velocity)
+    solution = simulate(state, TIME_STEP, 40 * TIME_STEP)
+    total = np.add(solution.history["kinetic_energy"], solution.history["strain_energy"])
+    kept = float(total[-1] / total[1])  # the first step may take away what nodes do not see
+    declared = "energy" in case.choices.promises.conserves
+    claim = "that the energy of small scales stays"
+    measured = f"{kept:.2g} of it is left"
+    return Finding.all(
+        [ended_well(solution), Finding.as_declared(kept > 0.5, declared, claim, measured)]
+    )
+
+
+def plate_error(choices: TimeLoop, resolution: int) -> float:
+    """Root mean square error of the displacement [m] of the manufactured plate, with quadratic B-splines."""
+    problem = registry.get("problem", "plate_axis_aligned")()
+    material = registry.get("material", "neo_hookean")(young_modulus=1e7, density=1000.0)
+    X, V0 = problem.seed(resolution, 16)
+    p = Particles.at_rest(X, V0, material.density)
+    p.v[:] = problem.velocity(p.X, material)
+    body = Body(
+        problem.nodes(resolution, choices),
+        p,
+        problem.fixed,
+        lambda x: problem.velocity(x, material),
+        problem.loads(material),
+    )
+    state = build_state(body, registry.get("basis", "bspline")(), material, choices)
+    solution = simulate(state, PLATE_STEP, PLATE_TIME)
+    if solution.status != "ok":
+        return float("nan")
+    return error_norms(p.x - X, problem.exact(X, state.time, material)["displacement"])[0]
+
+
+def order_on_a_plate(case: MethodCase) -> Finding:
+    """Errors of the manufactured plate fall with the mesh as they are declared to, neither slower nor faster."""
+    declared = case.choices.promises.order
+    if declared is None:
+        return Finding(True, "no order is declared")
+    errors = [plate_error(case.choices, n) for n in PLATE_CELLS]
+    order = fitted_order(1.0 / np.array(PLATE_CELLS), np.array(errors))
+    text = ", ".join(f"{error:.2g}" for error in errors)
+    return Finding(
+        abs(order - declared) <= ORDER_TOLERANCE,
+        f"the order on a plate is {order:.2f} (errors {text} m), {declared:g} is declared",
     )
 
 
@@ -267,12 +344,17 @@ CHECKS: dict[str, Check] = {
     "mass and momentum": mass_and_momentum,
     "angular momentum": angular_momentum,
     "uniform stretch": uniform_stretch,
+    "affine fields": affine_fields,
+    "energy of small scales": energy,
+    "order on a plate": order_on_a_plate,
     "rest": rest,
     "constraints act per component": constraints_act_per_component,
     "tracers do nothing": tracers_do_nothing,
 }
 DIMENSIONS = {
     "angular momentum": (2, 3),
+    "energy of small scales": (2,),
+    "order on a plate": (2,),
     "rest": (2,),
     "constraints act per component": (2,),
     "tracers do nothing": (1,),

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mpmbench.core import transfer
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.particles import Particles
+from mpmbench.core.transfer.sums import p2g_momentum
 
 if TYPE_CHECKING:
     from mpmbench.core.state import State
@@ -74,7 +74,7 @@ def external_force(s: "State", phi: Any, time: float, force: np.ndarray) -> np.n
     p = s.particles
     force[:] = s.dead_load
     if s.loads.body_force is not None:
-        transfer.p2g_momentum(phi, p.x, p.m, body_force(s, time), force)
+        p2g_momentum(phi, p.x, p.m, body_force(s, time), force)
     if s.loads.traction is not None:
         loaded = s.traction_particle
         stored, rows = phi, loaded

@@ -1,6 +1,7 @@
 """Particles (material points): plain arrays, and where they start."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -8,6 +9,64 @@ from mpmbench.core.errors import require, require_option
 from mpmbench.core.geometry import Box, tensor_points
 
 LAYOUTS = ("midpoint", "gauss")
+# Names that a run's result and snapshots have for themselves.
+RESULT_NAMES = (
+    *("time", "x", "v", "F", "sigma", "V", "state"),
+    *("position", "displacement", "velocity", "stress", "volume", "particle", "snapshot"),
+)
+
+
+@dataclass(frozen=True)
+class ParticleData:
+    """Declaration of an array that a transfer, a material or a basis keeps per particle.
+
+    Parameters
+    ----------
+    axes : tuple
+        Shape of one particle's part, with ``"dim"`` for the number of dimensions.
+    unit : str
+    says : str
+        What it is, in a few words.
+    """
+
+    axes: tuple[str | int, ...]
+    unit: str
+    says: str
+
+    def shape(self, dimension: int) -> tuple[int, ...]:
+        """The shape in so many dimensions."""
+        return tuple(dimension if axis == "dim" else int(axis) for axis in self.axes)
+
+
+def particle_data(*owners: object) -> dict[str, ParticleData]:
+    """What transfer, material and basis declare as ``particle_data``, by name.
+
+    Raises
+    ------
+    ValueError
+        When a name is taken.
+    """
+    found: dict[str, ParticleData] = {}
+    for owner in owners:
+        for name, declared in getattr(owner, "particle_data", {}).items():
+            if name in found or name in RESULT_NAMES:
+                raise ValueError(f"particle_data of {type(owner).__name__}: {name} is taken")
+            found[name] = declared
+    return found
+
+
+class ParticleArrays(NamedTuple):
+    """Arrays of `Particles`, as compiled loops take them."""
+
+    x: np.ndarray
+    v: np.ndarray
+    F: np.ndarray
+    L: np.ndarray
+    sigma: np.ndarray
+    V0: np.ndarray
+    V: np.ndarray
+    m: np.ndarray
+    state: np.ndarray
 
 
 @dataclass
@@ -38,6 +97,10 @@ class Particles:
         Number of massless points at the end of all arrays.
     a : ndarray
         Accelerations [m/s^2], shape (P, dim), which implicit methods need for their next step.
+    data : dict of ndarray
+        What the transfer, the material and the basis keep besides, shapes (P, ...), by name.
+    declared : dict of ParticleData
+        What these arrays are.
     """
 
     X: np.ndarray
@@ -53,6 +116,8 @@ class Particles:
     state: np.ndarray
     tracers: int = 0
     a: np.ndarray = field(default_factory=lambda: np.zeros((0, 1)))
+    data: dict[str, np.ndarray] = field(default_factory=dict)
+    declared: dict[str, ParticleData] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if len(self.a) == 0:
@@ -87,6 +152,17 @@ class Particles:
         arrays.V0[: len(X)], arrays.V[: len(X)] = V0, V0
         arrays.m[:] = density * arrays.V0
         return arrays
+
+    def keep(self, declared: dict[str, ParticleData]) -> None:
+        """Allocate further arrays, filled with zeros."""
+        self.declared = declared
+        n, dim = self.x.shape
+        self.data = {name: np.zeros((n, *one.shape(dim))) for name, one in declared.items()}
+
+    @property
+    def arrays(self) -> ParticleArrays:
+        """The arrays that are updated in every step."""
+        return ParticleArrays(*(getattr(self, name) for name in ParticleArrays._fields))
 
     @property
     def dimension(self) -> int:

@@ -25,6 +25,7 @@ PACKAGES = {
     "material": "mpmbench.core.materials",
     "method": "mpmbench.core.loops",
     "problem": "mpmbench.problems",
+    "transfer": "mpmbench.core.transfer",
 }
 _registered: dict[str, dict[str, Any]] = {kind: {} for kind in PACKAGES}
 _broken: dict[str, BaseException] = {}  # plug-in files that cannot be imported, by module

@@ -7,21 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from mpmbench.core import registry, transfer
 from mpmbench.core.bases import Basis, BasisSettings
 from mpmbench.core.bases.frozen import FrozenBasis
 from mpmbench.core.bases.grid.spline import TensorSpline, count_crossings
-from mpmbench.core.choices import Choices
+from mpmbench.core.energies import first_bad_volume, kinetic_energy, strain_energy
 from mpmbench.core.errors import BrokeDown, Diverged, SolverFailure
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.loads import Loads, loaded_points
+from mpmbench.core.loops import TimeLoop
 from mpmbench.core.loops.explicit import update_particles
 from mpmbench.core.materials import Material
 from mpmbench.core.matrix.mass import make_mass
 from mpmbench.core.moved import complete
-from mpmbench.core.particles import Particles
+from mpmbench.core.particles import Particles, particle_data
 from mpmbench.core.state import Nodes, State
-from mpmbench.core.transfer import kinetic_energy, strain_energy
+from mpmbench.core.transfer import find_transfer
 
 ENERGY_GROWTH = 10.0  # a run with this many times the energy that was put in has diverged
 
@@ -64,7 +64,7 @@ class Solution:
     history : dict of list
         Time series by name; shapes (time,), (time, dim) or (time, 3).
     snapshots : list of dict
-        ``time`` [s] and copies of x, v, F, sigma, V, state of all particles.
+        ``time`` [s] and copies of x, v, F, sigma, V, state and further data of all particles.
     records : dict of list
         What the time loop noted about each step (`State.record`).
     """
@@ -81,9 +81,10 @@ class Solution:
     records: dict[str, list[Any]] = field(default_factory=dict)
 
 
-def build_state(body: Body, basis: BasisSettings, material: Material, choices: Choices) -> State:
+def build_state(body: Body, basis: BasisSettings, material: Material, choices: TimeLoop) -> State:
     """Allocate everything a run needs."""
     p = body.particles
+    p.keep(particle_data(find_transfer(choices.transfer), basis, material))
     deformed = body.displacement is not None and (choices.moving or choices.frozen)
     complete(type(basis), BasisSettings)
     functions = basis.build(
@@ -112,11 +113,11 @@ def build_state(body: Body, basis: BasisSettings, material: Material, choices: C
         state.traction_particle = loaded_points(p, len(body.loads.traction(0.0)), choices.traction)
     state.initial_nodes, state.geometry = reference, body.geometry
     state.nodes.v[:] = body.velocity(reference)
-    if (
-        choices.transfer == "nodal"
-    ):  # the velocity lives on the nodes; that of the particles is only read off
+    if state.transfer.velocity_on_nodes or state.transfer.particle_data:
         functions.locate(p.x)
+    if state.transfer.velocity_on_nodes:  # that of the particles is only read off
         update_particles(state, 0.0, velocity=True)
+    state.transfer.start(state)
     return state
 
 
@@ -142,7 +143,6 @@ def simulate(
     progress : callable or None
         ``progress(fraction, time)``: once before the first step, then now and then.
     """
-    step = registry.get("method", state.choices.time)
     adaptive = time_step if callable(time_step) else None
     planned = (
         0 if callable(time_step) else max(1, int(np.ceil(end_time / time_step * (1.0 - 1e-12))))
@@ -163,7 +163,7 @@ def simulate(
             if solution.steps == 0 and state.start is not None:
                 state.start(state, dt)
             start = perf_counter()
-            step(state, dt)
+            state.choices.step(state, dt)
             solution.steps += 1
             if planned:
                 state.time = solution.steps * dt
@@ -189,16 +189,20 @@ def guard(s: State) -> None:
     Raises
     ------
     Diverged
-        When a position or volume is not finite.
+        When a position, volume or other data of a particle is not finite.
     BrokeDown
         When a volume is not positive or a particle is outside the basis.
     """
     p = s.particles
-    bad = transfer.first_bad_volume(p.V, p.V0)
+    bad = first_bad_volume(p.V, p.V0)
     if bad >= 0:
         if not np.isfinite(p.V[bad]):
             raise Diverged(f"the volume of particle {bad} is not finite")
         raise BrokeDown(f"particle {bad} has the volume {p.V[bad]:.3g}, which is not positive")
+    for name, array in p.data.items():
+        if not np.isfinite(array).all():
+            bad = int(np.argmin(np.isfinite(array).reshape(len(array), -1).all(axis=1)))
+            raise Diverged(f"{name} of particle {bad} is not finite")
     bad = s.basis.first_outside(p.x)
     if bad >= 0:
         if not np.isfinite(p.x[bad]).all():
@@ -236,7 +240,6 @@ class Watch:
         kinetic = kinetic_energy(p.m, p.v)
         strain = strain_energy(s.law, s.axes, p.F, p.state, p.V0)
         momentum = p.m @ p.v
-        spin = np.zeros((len(p.x), 3))
         arm, velocity = np.zeros((len(p.x), 3)), np.zeros((len(p.x), 3))
         arm[:, : p.dimension], velocity[:, : p.dimension] = p.x, p.v
         spin = p.m @ np.cross(arm, velocity)
@@ -265,7 +268,8 @@ class Watch:
     def snapshot(self) -> None:
         """Copy the particles."""
         p = self.state.particles
-        copies = {name: getattr(p, name).copy() for name in ("x", "v", "F", "sigma", "V", "state")}
+        arrays = {name: getattr(p, name) for name in ("x", "v", "F", "sigma", "V", "state")}
+        copies = {name: array.copy() for name, array in {**arrays, **p.data}.items()}
         self.solution.snapshots.append({"time": self.state.time, **copies})
 
     def after_step(self, dt: float, last: bool) -> None:

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from mpmbench.core import transfer
 from mpmbench.core.state import State
+from mpmbench.core.transfer.carry import velocity_gradients
+from mpmbench.core.transfer.sums import p2g_internal_force, p2g_mass
 
 
 def stability_limit(s: State, iterations: int = 60) -> float:
@@ -31,7 +32,7 @@ def stability_limit(s: State, iterations: int = 60) -> float:
     s.basis.locate(p.x)
     phi = s.basis.handle
     m_i = np.zeros(len(s.fixed))
-    transfer.p2g_mass(phi, p.x, p.m, m_i)
+    p2g_mass(phi, p.x, p.m, m_i)
     s.mass.assemble(s.basis, p, m_i)
     u = np.random.default_rng(0).standard_normal(s.fixed.shape)
     u[s.fixed] = 0.0
@@ -43,11 +44,11 @@ def stability_limit(s: State, iterations: int = 60) -> float:
         if norm == 0.0:
             return float("inf")
         u /= norm
-        transfer.velocity_gradients(phi, p.x, u, L)
+        velocity_gradients(phi, p.x, u, L)
         trace = np.trace(L, axis1=1, axis2=2)
         sigma = shear * (L + L.transpose(0, 2, 1)) + lame * trace[:, None, None] * np.eye(dim)
         f[:] = 0.0
-        transfer.p2g_internal_force(phi, p.x, p.V, sigma, f)
+        p2g_internal_force(phi, p.x, p.V, sigma, f)
         s.mass.solve(-f, a)
         omega_squared = float(np.linalg.norm(a))
         u[:] = a

@@ -2,12 +2,11 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from mpmbench.core.bases import Basis
-from mpmbench.core.choices import Choices
 from mpmbench.core.compiled.rows import lanes_for
 from mpmbench.core.compiled.threads import chunks
 from mpmbench.core.geometry import Geometry
@@ -15,7 +14,15 @@ from mpmbench.core.loads import Loads
 from mpmbench.core.materials import Material
 from mpmbench.core.matrix.mass import Mass
 from mpmbench.core.particles import Particles
-from mpmbench.core.transfer import NodalSums
+from mpmbench.core.transfer import Transfer, find_transfer
+from mpmbench.core.transfer.sums import NodalSums
+
+
+class NodeArrays(NamedTuple):
+    """Velocities and accelerations of `Nodes`, as compiled loops take them."""
+
+    v: np.ndarray
+    a: np.ndarray
 
 
 @dataclass
@@ -26,8 +33,10 @@ class Nodes:
     ----------
     m : ndarray
         Lumped masses [kg].
-    q, f_internal, f_external, f : ndarray
-        Momentum [kg m/s], forces and their sum [N].
+    q : ndarray
+        Momentum [kg m/s].
+    f_internal, f_external, f : ndarray
+        Forces [N], and their sum.
     a, v, v_old : ndarray
         Accelerations [m/s^2], new velocities and those before the step [m/s].
     """
@@ -41,6 +50,11 @@ class Nodes:
     v: np.ndarray
     v_old: np.ndarray
 
+    @property
+    def arrays(self) -> NodeArrays:
+        """What particles take from the nodes."""
+        return NodeArrays(self.v, self.a)
+
     @classmethod
     def zeros(cls, nodes: int, dimension: int) -> "Nodes":
         return cls(np.zeros(nodes), *(np.zeros((nodes, dimension)) for _ in range(7)))
@@ -52,6 +66,8 @@ class State:
 
     Attributes
     ----------
+    choices : TimeLoop
+        The loop with its settings.
     time : float
         Positions and stresses live at `time` [s], velocities half a step earlier.
     external_work : float
@@ -78,6 +94,15 @@ class State:
         first step is known.
     samples : int
         History is kept at about this many instants.
+    law : NamedTuple
+        The material's numbers, as compiled loops take them.
+    axes : tuple of float
+        As many zeros as there are dimensions.
+    transfer : Transfer
+    sums : NodalSums
+        Adds up mass, momentum and internal force on the nodes.
+    cells : ndarray
+        Room for the nodal values of one cell, shape (chunks, nodes of a cell, lanes).
     """
 
     particles: Particles
@@ -85,7 +110,7 @@ class State:
     basis: Basis
     mass: Mass
     material: Material
-    choices: Choices
+    choices: Any
     fixed: np.ndarray
     loads: Loads = field(default_factory=Loads)
     time: float = 0.0
@@ -95,13 +120,25 @@ class State:
     traction_particle: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     initial_nodes: np.ndarray = field(default_factory=lambda: np.zeros((0, 1)))
     geometry: Geometry | None = None
-    law: Any = None
-    axes: tuple[float, ...] = ()
     workspace: Any = None
     records: dict[str, list[Any]] = field(default_factory=dict)
     observe: Callable[["State"], dict[str, Any]] | None = None
     start: Callable[["State", float], None] | None = None
     samples: int = 200
+    law: Any = field(init=False)
+    axes: tuple[float, ...] = field(init=False)
+    transfer: Transfer = field(init=False)
+    sums: NodalSums = field(init=False)
+    cells: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        p, lanes = self.particles, len(lanes_for(2 * self.particles.dimension))
+        self.law = self.material.law
+        self.axes = (0.0,) * p.dimension
+        self.initial_nodes = self.basis.nodes.copy()
+        self.transfer = find_transfer(self.choices.transfer)
+        self.sums = NodalSums(len(self.fixed), len(p.x), p.dimension)
+        self.cells = np.zeros((len(chunks(len(p.x))), 0, lanes))
 
     def record(self, name: str, value: Any) -> None:
         """Note a number or array about the step being done."""
@@ -115,12 +152,3 @@ class State:
         if landed.any():
             self.fixed |= landed
             self.nodes.v[landed], self.nodes.a[landed] = 0.0, 0.0
-
-    def __post_init__(self) -> None:
-        self.law = self.material.law
-        self.axes = (0.0,) * self.particles.dimension
-        self.initial_nodes = self.basis.nodes.copy()
-        self.cells = np.zeros(
-            (len(chunks(len(self.particles.x))), 0, len(lanes_for(2 * self.particles.dimension)))
-        )
-        self.sums = NodalSums(len(self.fixed), len(self.particles.x), self.particles.dimension)

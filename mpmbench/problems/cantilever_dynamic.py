@@ -61,7 +61,7 @@ class CantileverDynamic(Problem):
             resolution,
             "a multiple of 4 (whole cells over a height of 1 m)",
         )
-        if choices.time == "static":
+        if not choices.dynamic:
             raise NotApplicable(
                 "cantilever_dynamic is a dynamic problem: it needs method.time=newmark or explicit"
             )

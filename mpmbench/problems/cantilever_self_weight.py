@@ -58,7 +58,7 @@ class CantileverSelfWeight(Problem):
             resolution,
             "a multiple of 8 (whole cells over a height of 1 m)",
         )
-        if choices.time != "static":
+        if choices.dynamic or not choices.implicit:
             raise NotApplicable(
                 "cantilever_self_weight is a static problem: it needs method.time=static"
             )

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mpmbench.core.choices import Choices
+from mpmbench.core.energies import strain_energy
 from mpmbench.core.errors import Diverged, NotApplicable, require
 from mpmbench.core.geometry import Box, Cloud, Geometry
 from mpmbench.core.geometry.triangulate import irregular_line, nodal_volumes, seed_segments
@@ -20,7 +21,7 @@ from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
-from mpmbench.core.transfer import p2g_mass, p2g_momentum, strain_energy
+from mpmbench.core.transfer.sums import p2g_mass, p2g_momentum
 from mpmbench.problems import Fields, Problem
 
 LOADED = 0.75  # of the length: what lies beyond moves at t = 0
@@ -51,7 +52,7 @@ class ElasticBarTension(Problem):
         require(v0 != 0.0, "end_velocity", v0, "a number other than 0")
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
-        if choices.time == "sph" and self.particle_layout != "nodes":
+        if choices.particles_are_nodes and self.particle_layout != "nodes":
             raise NotApplicable(
                 "method=sph has no nodes of its own: set problem.particle_layout=nodes"
             )
@@ -228,7 +229,7 @@ def total_energy(s: State) -> float:
     """
     p, n = s.particles, s.nodes
     strain = float(strain_energy(s.law, s.axes, p.F, p.state, p.V0))
-    if not s.choices.moving or s.choices.time != "explicit":
+    if not s.choices.moving or s.choices.implicit or s.choices.particles_are_nodes:
         return strain + 0.5 * float(np.sum(p.m[:, None] * p.v**2))
     v = n.v + 0.5 * s.time_step * n.a
     if s.time == 0.0:
@@ -237,7 +238,7 @@ def total_energy(s: State) -> float:
         p2g_mass(s.basis.handle, p.x, p.m, n.m)
         p2g_momentum(s.basis.handle, p.x, p.m, p.v, n.q)
         s.mass.assemble(s.basis, p, n.m)
-        if s.choices.transfer != "nodal":
+        if not s.transfer.velocity_on_nodes:
             v = np.zeros_like(n.v)
             s.mass.solve(n.q, v)
     return strain + 0.5 * float(np.sum(v * s.mass.multiply(v)))

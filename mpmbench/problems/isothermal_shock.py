@@ -95,11 +95,11 @@ class IsothermalShock(Problem):
             raise NotApplicable(
                 "the end that drives the shock moves: method.nodes=moving is needed"
             )
-        if choices.time not in ("explicit", "sph"):
+        if choices.implicit or not choices.moves_particles:
             raise NotApplicable(
                 f"method.time={choices.time}: the tangent of a viscous fluid is not there, only explicit is"
             )
-        if choices.time == "sph" and self.particle_layout != "nodes":
+        if choices.particles_are_nodes and self.particle_layout != "nodes":
             raise NotApplicable(
                 "method=sph has no nodes of its own: set problem.particle_layout=nodes"
             )

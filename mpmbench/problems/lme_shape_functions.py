@@ -59,7 +59,7 @@ class ShapeFunctions(Problem):
             raise NotApplicable(
                 f"basis={basis} has no multipliers to iterate for: lme and maxent have"
             )
-        if choices.time != "evaluate":
+        if choices.moves_particles:
             raise NotApplicable(
                 f"method={choices.name} moves particles: the study of functions needs method=evaluate"
             )

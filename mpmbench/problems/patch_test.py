@@ -52,7 +52,7 @@ class PatchTest(Problem):
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         require(resolution >= 2, "resolution", resolution, "a whole number of at least 2")
-        if choices.time != "static" or not choices.moving:
+        if choices.dynamic or not (choices.implicit and choices.moving):
             raise NotApplicable(
                 "patch_test is a static test of nodes in the body: it needs method=fem or gmm"
             )

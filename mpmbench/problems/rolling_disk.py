@@ -75,7 +75,7 @@ class RollingDisk(Problem):
             resolution,
             "an even number, at least 4",
         )
-        if choices.time == "static":
+        if not choices.dynamic:
             raise NotApplicable(
                 "rolling_disk is a dynamic problem: it needs method.time=newmark or explicit"
             )

@@ -71,7 +71,7 @@ class SoilColumn(Problem):
             resolution,
             "a multiple of 2 (whole cells over a height of 2 m)",
         )
-        if choices.time == "static":
+        if not choices.dynamic:
             raise NotApplicable(
                 "soil_column is a dynamic problem: it needs method.time=newmark or explicit"
             )

@@ -73,13 +73,15 @@ def code_digests(config: dict[str, Any]) -> dict[str, str]:
     }
     found: dict[str, str] = {}
     waiting = ["case/build.py", "core/registry.py"]
-    for group in PACKAGES:
-        option = config[group].get("time") or config[group]["name"]  # a method names its loop
-        chosen = places(group).get(option)
+    names = {kind: config[kind]["name"] for kind in PACKAGES if kind in config}
+    names["method"] = config["method"].get("time") or names["method"]
+    names["transfer"] = config["method"].get("transfer", "flip")
+    for kind, option in names.items():
+        chosen = places(kind).get(option)
         if chosen is not None:
             waiting.append(chosen.partition(".")[2].replace(".", "/") + ".py")
         else:
-            for file in plugins_of(group, option):
+            for file in plugins_of(kind, option):
                 found[file.name], imported = _meaning(file, file.stat().st_mtime_ns)
                 waiting.extend(imported)
     while waiting:

@@ -1,10 +1,12 @@
 """From what Hydra composed to the plain, checked configuration of one run."""
 
+from collections.abc import Container
 from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from mpmbench.settings.declarations import declaration
 from mpmbench.settings.files import read_yaml
 from mpmbench.settings.schema import (
     GROUPS,
@@ -73,7 +75,7 @@ def fill(
     config.pop("experiments", None)
     if config.get("campaign") is None:
         config["campaign"] = experiment or "default"
-    return check_types(config)
+    return check_types(config, given)
 
 
 def dotted(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:
@@ -92,11 +94,11 @@ def refuse(key: str, value: Any, error: Exception) -> BadInput:
     return BadInput(f"{key} = {'null' if value is None else value}: {error}")
 
 
-def check_types(config: dict[str, Any]) -> tuple[dict[str, Any], str]:
+def check_types(config: dict[str, Any], given: Container[str] = ()) -> tuple[dict[str, Any], str]:
     """The configuration with every value cast to its declared type, and why it does not apply, if so.
 
     It does not apply when a key was given that another option of the group has, but not the chosen
-    one.
+    one. Keys of the method that its time loop does not have are left out, unless they are `given`.
 
     Raises
     ------
@@ -119,12 +121,18 @@ def check_types(config: dict[str, Any]) -> tuple[dict[str, Any], str]:
         if key not in {*TOP_LEVEL, *GROUPS, "limits"}:
             raise unknown_key(key)
     reason = ""
+    loop = declaration("method", str(config["method"].get("time"))).settings
     for group in GROUPS:
         option = config[group]["name"]
         defaults = declared(group, option)
         checked[group] = dict(config[group])
         for name, value in config[group].items():
             if name == "name":
+                continue
+            if group == "method" and loop and name in defaults and name not in loop:
+                if f"method.{name}" in given:
+                    reason = reason or f"method.time={config[group]['time']} has no {name}"
+                del checked[group][name]
                 continue
             if name in defaults:
                 try:

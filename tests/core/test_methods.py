@@ -11,16 +11,14 @@ import numpy as np
 import pytest
 
 from mpmbench.contracts import loops
-from mpmbench.core import registry
-from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
-from mpmbench.core.loops.explicit import update_particles
+from mpmbench.core.loops.explicit import Explicit, check, update_particles
 from mpmbench.settings.schema import composed, options
 
-PRESETS = [Choices(**composed("method", name)["method"]) for name in options("method")]
-EXPLICIT = [choices for choices in PRESETS if choices.time == "explicit"]
+METHODS = [composed("method", name)["method"] for name in options("method")]
+EXPLICIT = [Explicit(**method) for method in METHODS if method["time"] == "explicit"]
 COMBINATIONS = [
-    Choices("combination", "explicit", *parts)
+    Explicit("combination", "explicit", *parts)
     for parts in itertools.product(
         ("fixed", "moving"),
         ("updated", "frozen"),
@@ -32,15 +30,15 @@ COMBINATIONS = [
 ]
 
 
-def applicable(choices: Choices) -> bool:
+def applicable(choices: Explicit) -> bool:
     try:
-        registry.get("method", choices.time).check(choices)
+        check(choices)
     except NotApplicable:
         return False
     return True
 
 
-def name_of(choices: Choices) -> str:
+def name_of(choices: Explicit) -> str:
     return "-".join(
         (
             choices.nodes,
@@ -62,6 +60,7 @@ FOR_ALL = (
     "mass and momentum",
     "angular momentum",
     "uniform stretch",
+    "affine fields",
     "rest",
 )
 CASES = [case for choices in COMBINATIONS if applicable(choices) for case in loops.cases(choices)]
@@ -83,7 +82,7 @@ def test_angular_momentum_needs_a_symmetric_stress(case: loops.MethodCase) -> No
 
 @pytest.mark.parametrize("choices", EXPLICIT, ids=lambda c: c.name)
 @pytest.mark.parametrize("check", [name for name in loops.CHECKS if name not in FOR_ALL])
-def test_contract_of_the_presets(check: str, choices: Choices) -> None:
+def test_contract_of_the_presets(check: str, choices: Explicit) -> None:
     for case in loops.cases(choices):
         if check in loops.checks(case):
             finding = loops.CHECKS[check](case)
@@ -91,22 +90,22 @@ def test_contract_of_the_presets(check: str, choices: Choices) -> None:
 
 
 @pytest.mark.parametrize("choices", [c for c in COMBINATIONS if not applicable(c)], ids=name_of)
-def test_senseless_combinations_are_refused_with_a_reason(choices: Choices) -> None:
+def test_senseless_combinations_are_refused_with_a_reason(choices: Explicit) -> None:
     with pytest.raises(NotApplicable, match="method\\."):
-        registry.get("method", choices.time).check(choices)
+        check(choices)
 
 
 def test_flip_weight_of_the_blend() -> None:
-    assert replace(Choices(), transfer="blend", flip=0.95).flip_weight == 0.95
-    assert replace(Choices(), transfer="pic").flip_weight == 0.0
-    assert Choices().flip_weight == 1.0
+    assert Explicit(transfer="blend", flip=0.95).flip_weight == 0.95
+    assert Explicit(transfer="pic").flip_weight == 0.0
+    assert Explicit().flip_weight == 1.0
 
 
 @pytest.mark.parametrize("dim", (1, 2, 3))
 def test_deformations_multiply_from_the_left(dim: int) -> None:
     """Two linear velocity fields one after the other: ``F = (I + dt B)(I + dt A)``, not the other way round."""
     rng = np.random.default_rng(dim)
-    state = loops.MethodCase(Choices(), dim).block(np.zeros_like)
+    state = loops.MethodCase(Explicit(), dim).block(np.zeros_like)
     expected = np.eye(dim)
     for gradient in rng.standard_normal((2, dim, dim)):
         state.nodes.v[:] = state.basis.nodes @ gradient.T

@@ -53,6 +53,21 @@ def test_a_time_loop_that_damps_is_found_out(command):
     assert "change of momentum over mass" in outcome.out
 
 
+@pytest.mark.slow
+def test_a_transfer_is_told_from_one_with_a_wrong_sign(command):
+    """The affine term of APIC, right and flipped: fields are not kept, and the order is another."""
+    transfers = PLUGINS / "transfers"
+    right, flipped = (
+        command("check", str(transfers / f"{name}.py")) for name in ("apic", "apic_flipped")
+    )
+    assert right.code == 0, right.out
+    assert "compiling" in right.out.splitlines()[-1]
+    assert flipped.code == 1
+    rows = card(flipped.out)
+    assert rows["affine fields"].count("FAILS") == 3
+    assert "FAILS" in rows["order on a plate"]
+
+
 def test_what_is_broken_is_named_and_costs_its_own_line_only(command, folder):
     """Half the gradient, a declaration that is too modest, and a crash where many points are evaluated."""
     (folder / "conf/basis").mkdir(parents=True)

@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 OUTSIDE = Path(__file__).parents[1] / "plugins" / "outside"
+OLD_PLACES = OUTSIDE.parent / "old_places"  # as it was written for version 0.1
 CHOICES = {
     "basis": "stored_hat",
     "method": "damped",
@@ -35,6 +36,30 @@ def test_all_four_from_a_folder(command, folder, outside) -> None:
     )
     result = result_in(folder)
     assert {group: result.attrs[group] for group in CHOICES} == CHOICES
+
+
+def test_all_four_as_they_were_written_for_the_version_before(command, folder, monkeypatch) -> None:
+    """A step that is a function with attributes, and modules under their old names."""
+    monkeypatch.setenv("MPMBENCH_PLUGINS", str(OLD_PLACES))
+    assert (
+        command(*[f"{group}={name}" for group, name in CHOICES.items()], "end_time=1e-4").code == 0
+    )
+    result = result_in(folder)
+    assert {group: result.attrs[group] for group in CHOICES} == CHOICES
+
+
+def test_a_method_brings_a_setting_of_its_own(command, folder, outside) -> None:
+    """``method.damping`` is in its YAML and in its class and nowhere else."""
+    energy = {}
+    for damping in (0, 1000):
+        place = folder / str(damping)
+        words = ["problem=free_bar", "method=damped", f"method.damping={damping}"]
+        assert command(*words, "end_time=1e-3", f"output_dir='{place}'").code == 0
+        energy[damping] = float(result_in(place)["kinetic_energy"][-1])
+    assert energy[1000] < 0.5 * energy[0]
+    done = command("problem=free_bar", "method=damped", "method.damping=-1")
+    assert done.code == 2
+    assert "method.damping = -1" in done.err
 
 
 def test_each_changes_what_it_is_for(command, folder, outside) -> None:

@@ -1,9 +1,11 @@
 """The explicit time loop with an equation as it is printed, or with constraints as they are often imposed."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from mpmbench.core.bases import Basis
-from mpmbench.core.loops import explicit
+from mpmbench.core.loops.explicit import Explicit
 from mpmbench.core.matrix.mass import Mass, make_mass
 from mpmbench.core.particles import Particles
 from mpmbench.core.registry import register
@@ -11,24 +13,31 @@ from mpmbench.core.state import State
 
 
 @register("method", "explicit_eq99")
-def compound_volumes(s: State, dt: float) -> None:
-    """One step with ``V^{s+1} = det(F^{s+1}) V^s``, Wobbes et al. 2020, Eq. 99, where V^0 belongs."""
-    before = s.particles.V.copy()
-    explicit.step(s, dt)
-    s.particles.V[:] = np.linalg.det(s.particles.F) * before
+@dataclass(frozen=True)
+class CompoundVolumes(Explicit):
+    """Volumes ``V^{s+1} = det(F^{s+1}) V^s``, Wobbes et al. 2020, Eq. 99, where V^0 belongs."""
+
+    def step(self, s: State, dt: float) -> None:
+        """Do the explicit step, then multiply the volumes from before it."""
+        before = s.particles.V.copy()
+        super().step(s, dt)
+        s.particles.V[:] = np.linalg.det(s.particles.F) * before
 
 
 @register("method", "explicit_late_constraints")
-def late_constraints(s: State, dt: float) -> None:
-    """One step in which constrained components are set to zero after the solve with the complete mass matrix."""
-    if not isinstance(s.mass, LateConstraints):
-        s.mass = LateConstraints(
-            make_mass(s.choices, np.zeros_like(s.fixed), s.basis, s.particles), s.fixed
-        )
-    explicit.step(s, dt)
+@dataclass(frozen=True)
+class LateConstraints(Explicit):
+    """Constrained components are set to zero after the solve with the complete mass matrix."""
+
+    def step(self, s: State, dt: float) -> None:
+        """Do the explicit step with a mass matrix that knows no constraints."""
+        if not isinstance(s.mass, CompleteMass):
+            free = np.zeros_like(s.fixed)
+            s.mass = CompleteMass(make_mass(self, free, s.basis, s.particles), s.fixed)
+        super().step(s, dt)
 
 
-class LateConstraints:
+class CompleteMass:
     """A mass matrix that keeps the rows and columns of constrained components (fulfils `Mass`)."""
 
     def __init__(self, complete: Mass, fixed: np.ndarray) -> None:
@@ -46,7 +55,3 @@ class LateConstraints:
         """Solve for all components, then set the constrained ones to zero."""
         self.complete.solve(rhs, out)
         out[self.fixed] = 0.0
-
-
-for loop in (compound_volumes, late_constraints):
-    loop.check = explicit.check  # type: ignore[attr-defined]

@@ -15,7 +15,7 @@ from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Geometry
-from mpmbench.core.particles import Particles
+from mpmbench.core.particles import ParticleData, Particles
 from mpmbench.core.setting import Settings
 
 
@@ -146,10 +146,13 @@ class BasisSettings(Settings):
     promises : Promises
     background_grid : bool
         The basis lives on cells that can carry ghost stiffness.
+    particle_data : dict of ParticleData
+        Arrays that the basis keeps per particle, by name; they are in ``particles.data``.
     """
 
     promises: ClassVar[Promises]
     background_grid: ClassVar[bool] = False
+    particle_data: ClassVar[dict[str, ParticleData]] = {}
 
     def check(self, choices: Choices, touches_fixed_nodes: bool) -> None:
         """Raise `NotApplicable` for a method that makes no sense with this basis.

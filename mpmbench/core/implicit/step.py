@@ -1,38 +1,15 @@
 """Before and after Newton's iteration: functions, pattern and loads, and what the particles take from the nodes."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from mpmbench.core.bases.grid.spline import fill
 from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.errors import NotConverged
 from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.constraints import HeldPoints
 from mpmbench.core.implicit.ghost import ghost_of
 from mpmbench.core.implicit.pattern import build_pattern
 from mpmbench.core.implicit.workspace import Workspace
 from mpmbench.core.state import State
-
-
-def halve_when_needed(one_step: Callable[[State, float], None]) -> Callable[[State, float], None]:
-    """Do a step that does not converge in two halves, these in halves again, as often as the method allows.
-
-    `one_step` must leave the state as it was when it raises `NotConverged`.
-    """
-
-    def advance(s: State, dt: float, level: int = 0) -> None:
-        try:
-            one_step(s, dt)
-        except NotConverged:
-            if level >= s.choices.step_halvings:
-                raise
-            s.record("halved_at", s.time)
-            advance(s, 0.5 * dt, level + 1)
-            advance(s, 0.5 * dt, level + 1)
-
-    advance.__doc__ = one_step.__doc__
-    return advance
 
 
 def prepare(s: State) -> Workspace:

@@ -1,5 +1,93 @@
-"""Time loops: one file per loop, registered with ``@register("method", name)``."""
+"""Time loops: one file per loop. A loop is the dataclass of its settings, with the step that it does.
 
+It derives from `TimeLoop` and is registered with ``@register("method", name)``; the key
+``method.time`` selects it.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from mpmbench.core import registry
 from mpmbench.core.choices import Choices
 
-__all__ = ["Choices"]
+if TYPE_CHECKING:
+    from mpmbench.core.state import State
+
+__all__ = ["Choices", "Promises", "TimeLoop", "find_loop"]
+
+
+@dataclass(frozen=True)
+class Promises:
+    """What a method claims about itself; the contract tests each claim in both directions.
+
+    Attributes
+    ----------
+    conserves : frozenset of str
+        Which of mass, momentum, angular_momentum and energy the method conserves without
+        constraints and loads, if the material lets it.
+    affine : bool
+        A velocity field that is affine on the nodes comes back to them unchanged from the
+        particles, wherever these are.
+    order : float or None
+        Order of the displacements of a vibrating plate with quadratic B-splines, where the loop
+        knows it.
+    """
+
+    conserves: frozenset[str] = frozenset({"mass", "momentum"})
+    affine: bool = False
+    order: float | None = None
+
+
+@dataclass(frozen=True)
+class TimeLoop(Choices):
+    """Base of all time loops: a dataclass of settings with one method that advances the state.
+
+    Attributes
+    ----------
+    velocity_lag : float
+        How many steps earlier than positions and stresses velocities live.
+    stress : function or None
+        What the material must have: `cauchy_stress`, `kirchhoff_stress`, or nothing.
+    """
+
+    velocity_lag: ClassVar[float] = 0.0
+    stress: ClassVar[Any] = None
+
+    @property
+    def promises(self) -> Promises:
+        """What holds with these settings."""
+        return Promises()
+
+    def check(self, case: Any) -> None:
+        """Refuse combinations that make no sense.
+
+        Parameters
+        ----------
+        case : mpmbench.case.Case
+            The problem, basis and material that the loop is to work with.
+
+        Raises
+        ------
+        NotApplicable
+            With the reason.
+        """
+
+    def step(self, s: "State", dt: float) -> None:
+        """Advance the state by one step of size `dt` [s]."""
+        raise NotImplementedError
+
+
+def find_loop(name: str) -> type[TimeLoop]:
+    """Class of the time loop of this name.
+
+    Raises
+    ------
+    KeyError
+        When there is none.
+    """
+    plugin = registry.get("method", name)
+    if isinstance(plugin, type):
+        return plugin
+    from mpmbench.core.loops.functions import loop_of_function  # it builds on a loop, thus on this
+
+    return loop_of_function(plugin)

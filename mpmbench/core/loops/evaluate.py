@@ -1,18 +1,22 @@
 """No motion at all: for studies of shape functions, whose problem observes them."""
 
-from mpmbench.core.choices import Choices
+from dataclasses import dataclass
+from typing import ClassVar
+
+from mpmbench.core.loops import TimeLoop
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
 
 
 @register("method", "evaluate")
-def step(s: State, dt: float) -> None:
-    """Let the time pass."""
-    s.time += dt
+@dataclass(frozen=True)
+class Evaluate(TimeLoop):
+    """Lets the time pass."""
 
+    time: str = "evaluate"
+    dynamic: ClassVar[bool] = False
+    moves_particles: ClassVar[bool] = False
 
-def check(choices: Choices) -> None:
-    """There is nothing to refuse: nothing is done with the other choices."""
-
-
-step.check = check  # type: ignore[attr-defined]
+    def step(self, s: State, dt: float) -> None:
+        """Let `dt` [s] pass."""
+        s.time += dt

@@ -6,20 +6,101 @@ force enters with a minus sign, the traction is there, ``V = det(F) V_0``, and c
 components leave the system before it is solved.
 """
 
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
 import numpy as np
 
-from mpmbench.core import transfer
-from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import threads
 from mpmbench.core.compiled.rows import lanes_for
-from mpmbench.core.errors import NotApplicable
+from mpmbench.core.errors import NotApplicable, require, require_option
 from mpmbench.core.loads import constrain, external_force, reaction_work
+from mpmbench.core.loops import Promises, TimeLoop
 from mpmbench.core.materials import cauchy_stress
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
+from mpmbench.core.transfer import find_transfer
+from mpmbench.core.transfer.carry import Update, g2p
+from mpmbench.core.transfer.sums import at_least, p2g_mass, p2g_momentum
 
 
 @register("method", "explicit")
+@dataclass(frozen=True)
+class Explicit(TimeLoop):
+    """Settings of the explicit loop.
+
+    Parameters
+    ----------
+    mass : {"lumped", "consistent"}
+    transfer : str
+        How velocity goes to the nodes and comes back: flip, pic, blend, position_difference,
+        nodal, or that of a plug-in.
+    flip : float
+        Weight of FLIP in ``blend``, 0 to 1.
+    stress_update : {"usl", "usf", "musl"}
+        Update stress last, first, or last with re-mapped velocities.
+    mass_cutoff : float
+        Degrees of freedom with less than this many particle masses are left out.
+    traction : {"end_point", "last_particle"}
+        Where a point load acts: on a tracked massless end point, or on the last particle.
+    """
+
+    time: str = "explicit"
+    mass: str = "lumped"
+    transfer: str = "flip"
+    flip: float = 1.0
+    stress_update: str = "usl"
+    mass_cutoff: float = 1e-6
+    traction: str = "end_point"
+    velocity_lag: ClassVar[float] = 0.5
+    stress: ClassVar[Any] = staticmethod(cauchy_stress)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_option("mass", self.mass, ("lumped", "consistent"))
+        find_transfer(self.transfer)
+        require(0.0 <= self.flip <= 1.0, "flip", self.flip, "a number from 0 to 1")
+        require_option("stress_update", self.stress_update, ("usl", "usf", "musl"))
+        cutoff = self.mass_cutoff
+        require(0.0 <= cutoff < 1.0, "mass_cutoff", cutoff, "a number from 0 to less than 1")
+        require_option("traction", self.traction, ("end_point", "last_particle"))
+
+    @property
+    def flip_weight(self) -> float:
+        """Weight of FLIP in the velocity update; the rest is interpolated."""
+        return find_transfer(self.transfer).flip_weight(self)
+
+    @property
+    def promises(self) -> Promises:
+        """Momentum is conserved always, by the partition of unity.
+
+        Angular momentum is exactly when the matrix that is solved is that of ``sum_p m_p phi_i x_p
+        = sum_j M_ij x_j``, which a lumped one is not. Energy is bounded unless a lumped projection
+        filters the velocity of the particles (PIC) in every step.
+        """
+        transfer, kept = find_transfer(self.transfer).promises, {"mass", "momentum"}
+        if self.mass == "consistent":
+            kept |= {"angular_momentum", "energy"}
+        elif transfer.energy:
+            kept.add("energy")
+        order = None  # known for the usual order of things only
+        if self.stress_update == "usl" and not self.frozen:
+            on_nodes = find_transfer(self.transfer).velocity_on_nodes
+            if self.mass == "consistent":
+                order = None if on_nodes else 3.0
+            elif not self.moving:
+                order = transfer.order
+        return Promises(frozenset(kept), self.mass == "consistent" or transfer.affine, order)
+
+    def check(self, case: Any) -> None:
+        """Refuse what `check` below refuses, whatever the case."""
+        check(self)
+
+    def step(self, s: State, dt: float) -> None:
+        """Do one `step` as it is listed below."""
+        step(s, dt)
+
+
 def step(s: State, dt: float) -> None:
     """Advance the state by one step of size `dt` [s]."""
     p, n, choices = s.particles, s.nodes, s.choices
@@ -28,12 +109,13 @@ def step(s: State, dt: float) -> None:
     if choices.stress_update == "usf":
         project_velocity(s)
         update_particles(s, dt, strain=True)
-    s.sums(s.basis.handle, p.x, p.m, p.v, p.V, p.sigma, n.m, n.q, n.f_internal)  # Eqs. 17, 20, 21
+    s.sums(s.basis.handle, p.arrays, n.m, n.q, n.f_internal)  # Eqs. 17, 20, 21
+    s.transfer.to_nodes(s, n.q)
     external_force(s, s.basis.handle, s.time, n.f_external)
     np.add(n.f_internal, n.f_external, out=n.f)
     s.mass.assemble(s.basis, p, n.m)  # Eqs. 19, 48, 90
 
-    if choices.transfer == "nodal":
+    if s.transfer.velocity_on_nodes:
         n.v_old[:] = n.v  # Li 2009, Eq. 3.92: nodes keep their velocities
     else:
         n.v_old[s.fixed] = n.v[s.fixed]
@@ -66,15 +148,24 @@ def step(s: State, dt: float) -> None:
 def update_particles(
     s: State, dt: float, velocity: bool = False, strain: bool = False, position: bool = False
 ) -> None:
-    """Carry nodal velocities and accelerations to the particles (`transfer.g2p`)."""
-    p, n, flip = s.particles, s.nodes, s.choices.flip_weight
-    phi, lanes = s.basis.handle, lanes_for(2 * p.dimension)
-    arrays = p.x, p.v, p.F, p.L, p.V, p.V0, p.state, p.sigma, n.v, n.a
-    s.cells = transfer.at_least(s.cells, phi.width)
+    """Carry nodal velocities to the particles; what the transfer takes itself comes before positions."""
+    if velocity and s.transfer.takes_more:
+        carry(s, dt, velocity, strain, False)
+        s.transfer.to_particles(s, dt)
+        velocity = strain = False
+    if velocity or strain or position:
+        carry(s, dt, velocity, strain, position)
+
+
+def carry(s: State, dt: float, velocity: bool, strain: bool, position: bool) -> None:
+    """Update all particles in their chunks (`g2p`)."""
+    p, nodes = s.particles.arrays, s.nodes.arrays
+    phi, lanes = s.basis.handle, lanes_for(2 * len(s.axes))
+    update = Update(velocity, strain, position, s.transfer.flip_weight(s.choices))
+    s.cells = at_least(s.cells, phi.width)
 
     def part(c: int, start: int, stop: int) -> None:
-        switches = velocity, strain, position
-        transfer.g2p(phi, lanes, s.law, *arrays, flip, dt, *switches, s.cells[c], start, stop)
+        g2p(phi, lanes, s.law, p, nodes, dt, update, s.cells[c], start, stop)
 
     threads.run(part, len(p.x))
 
@@ -83,13 +174,14 @@ def project_velocity(s: State) -> None:
     """Nodal velocities from the particles': ``v = M^-1 sum_p m_p phi_i v_p``, for USF and MUSL."""
     p, n = s.particles, s.nodes
     n.m[:], n.q[:] = 0.0, 0.0
-    transfer.p2g_mass(s.basis.handle, p.x, p.m, n.m)
-    transfer.p2g_momentum(s.basis.handle, p.x, p.m, p.v, n.q)
+    p2g_mass(s.basis.handle, p.x, p.m, n.m)
+    p2g_momentum(s.basis.handle, p.x, p.m, p.v, n.q)
+    s.transfer.to_nodes(s, n.q)
     s.mass.assemble(s.basis, p, n.m)
     s.mass.solve(n.q, n.v)  # fixed components keep the velocity of the last step
 
 
-def check(choices: Choices) -> None:
+def check(choices: Explicit) -> None:
     """Refuse combinations that make no sense.
 
     Raises
@@ -97,16 +189,9 @@ def check(choices: Choices) -> None:
     NotApplicable
         With the reason.
     """
-    if choices.transfer == "nodal" and not (choices.moving or choices.frozen):
+    find_transfer(choices.transfer).check(choices)
+    if choices.stress_update != "usl" and choices.on_body:
         raise NotApplicable(
-            "method.transfer=nodal needs nodes that move with the material (method.nodes=moving)"
+            f"method.stress_update={choices.stress_update} needs method.nodes=fixed and updated "
+            "functions: where nodes move with the material, F must follow their motion"
         )
-    if choices.stress_update != "usl" and (choices.moving or choices.frozen):
-        raise NotApplicable(
-            f"method.stress_update={choices.stress_update} needs method.nodes=fixed and updated functions: where nodes "
-            "move with the material, F must follow their motion"
-        )
-
-
-step.check = check  # type: ignore[attr-defined]
-step.needs = cauchy_stress  # type: ignore[attr-defined]

@@ -4,68 +4,97 @@ UL-FEM and GMM keep velocities on moving nodes; implicit MPM projects them from 
 grid that is reset after each step.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from mpmbench.core import transfer
-from mpmbench.core.implicit import assembly, check_choices
+from mpmbench.core.errors import require
+from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.newton import Equations, Inertia, equilibrate
-from mpmbench.core.implicit.step import convect, halve_when_needed, prepare, reaction
+from mpmbench.core.implicit.step import convect, prepare, reaction
 from mpmbench.core.implicit.workspace import Workspace
 from mpmbench.core.loads import body_force, external_force, work_of_loads
-from mpmbench.core.materials import kirchhoff_stress
+from mpmbench.core.loops.implicit import ImplicitLoop
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
+from mpmbench.core.transfer.sums import p2g_mass, p2g_momentum
 
 
-def one_step(s: State, dt: float) -> None:
-    """Advance the state by one step of size `dt` [s]."""
-    p, n = s.particles, s.nodes
-    velocity, displacement = s.choices.newmark_velocity, s.choices.newmark_displacement
-    s.land()
-    w = prepare(s)
-    n.m[:] = 0.0
-    transfer.p2g_mass(w.phi, p.x, p.m, n.m)
-    mass = mass_blocks(s, w)
-    if not s.choices.moving:
-        n.v_old[:], n.a[:] = projected(s, w, p.v), projected(s, w, p.a)  # Eqs. 40, 41
-    else:
-        if s.time == 0.0:
-            n.a[:] = projected(s, w, p.a)
-        n.v_old[:] = n.v
-    a_old = n.a.copy()
-    start = -n.v_old / (displacement * dt) - (0.5 / displacement - 1.0) * a_old  # Eq. 44
-    inertia = Inertia(1.0 / (displacement * dt * dt), start, mass)
+@register("method", "newmark")
+@dataclass(frozen=True)
+class Newmark(ImplicitLoop):
+    """Settings of Newmark's method, besides those of every implicit loop.
 
-    before = body_force(s, s.time).copy()
-    external_force(s, w.phi, s.time + dt, n.f_external)
-    equations = Equations(s, w, n.f_external, dt, inertia)
-    du, residual = equilibrate(s, equations)
+    Parameters
+    ----------
+    newmark_velocity, newmark_displacement : float
+        Newmark's lambda and zeta (often gamma and beta); 1/2 and 1/4 is the trapezoidal rule.
+    """
 
-    n.a[:] = inertia.coefficient * du + start
-    n.v[:] = n.v_old + dt * ((1.0 - velocity) * a_old + velocity * n.a)  # Eq. 43
-    leave_out(w, n.v, n.a)
-    if s.choices.moving:
-        assembly.interpolate(w.phi, n.v, p.v)
-        assembly.interpolate(w.phi, n.a, p.a)
-    else:
-        a_p = p.a.copy()
-        assembly.interpolate(w.phi, n.a, p.a)  # Eq. 47
-        p.v += dt * ((1.0 - velocity) * a_p + velocity * p.a)  # Eq. 48
-    moved = convect(s, w, du)  # Eqs. 46, 49
-    s.record("reaction", reaction(s, w, residual))
-    s.external_work += work_of_loads(s, before, moved, dt)
-    s.time += dt
+    time: str = "newmark"
+    newmark_velocity: float = 0.5
+    newmark_displacement: float = 0.25
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        velocity, zeta = self.newmark_velocity, self.newmark_displacement
+        require(0.5 <= velocity <= 1.0, "newmark_velocity", velocity, "a number from 0.5 to 1")
+        require(
+            0.5 * velocity <= zeta <= 1.0,
+            "newmark_displacement",
+            zeta,
+            "at least newmark_velocity / 2 (stability)",
+        )
+
+    def one_step(self, s: State, dt: float) -> None:
+        """Advance the state by one step of size `dt` [s]."""
+        p, n = s.particles, s.nodes
+        velocity, displacement = self.newmark_velocity, self.newmark_displacement
+        s.land()
+        w = prepare(s)
+        n.m[:] = 0.0
+        p2g_mass(w.phi, p.x, p.m, n.m)
+        mass = mass_blocks(s, w, self.mass)
+        if not self.moving:
+            n.v_old[:], n.a[:] = projected(s, w, p.v), projected(s, w, p.a)  # Eqs. 40, 41
+        else:
+            if s.time == 0.0:
+                n.a[:] = projected(s, w, p.a)
+            n.v_old[:] = n.v
+        a_old = n.a.copy()
+        start = -n.v_old / (displacement * dt) - (0.5 / displacement - 1.0) * a_old  # Eq. 44
+        inertia = Inertia(1.0 / (displacement * dt * dt), start, mass)
+
+        before = body_force(s, s.time).copy()
+        external_force(s, w.phi, s.time + dt, n.f_external)
+        equations = Equations(s, w, n.f_external, dt, inertia)
+        du, residual = equilibrate(s, equations)
+
+        n.a[:] = inertia.coefficient * du + start
+        n.v[:] = n.v_old + dt * ((1.0 - velocity) * a_old + velocity * n.a)  # Eq. 43
+        leave_out(w, n.v, n.a)
+        if self.moving:
+            assembly.interpolate(w.phi, n.v, p.v)
+            assembly.interpolate(w.phi, n.a, p.a)
+        else:
+            a_p = p.a.copy()
+            assembly.interpolate(w.phi, n.a, p.a)  # Eq. 47
+            p.v += dt * ((1.0 - velocity) * a_p + velocity * p.a)  # Eq. 48
+        moved = convect(s, w, du)  # Eqs. 46, 49
+        s.record("reaction", reaction(s, w, residual))
+        s.external_work += work_of_loads(s, before, moved, dt)
+        s.time += dt
 
 
-def mass_blocks(s: State, w: Workspace) -> np.ndarray:
+def mass_blocks(s: State, w: Workspace, mass: str) -> np.ndarray:
     """Mass by blocks of the pattern [kg], shape (blocks,): consistent, or `s.nodes.m` on the diagonal."""
     assert w.pattern is not None
-    mass = np.zeros(len(w.pattern.column))
-    if s.choices.mass == "consistent":
-        assembly.add_mass(w.phi, s.particles.m, w.pattern.slot, mass)
-        return mass
-    mass[w.pattern.diagonal] = s.nodes.m[w.pattern.active]
-    return mass
+    blocks = np.zeros(len(w.pattern.column))
+    if mass == "consistent":
+        assembly.add_mass(w.phi, s.particles.m, w.pattern.slot, blocks)
+    else:
+        blocks[w.pattern.diagonal] = s.nodes.m[w.pattern.active]
+    return blocks
 
 
 def projected(s: State, w: Workspace, u: np.ndarray) -> np.ndarray:
@@ -73,7 +102,7 @@ def projected(s: State, w: Workspace, u: np.ndarray) -> np.ndarray:
     assert w.pattern is not None
     active = w.pattern.active
     sums = np.zeros_like(s.nodes.v)
-    transfer.p2g_momentum(w.phi, s.particles.x, s.particles.m, u, sums)
+    p2g_momentum(w.phi, s.particles.x, s.particles.m, u, sums)
     out = np.zeros_like(sums)
     mass = s.nodes.m[active]
     out[active] = sums[active] / np.where(mass > 0.0, mass, np.inf)[:, None]
@@ -88,8 +117,3 @@ def leave_out(w: Workspace, *fields: np.ndarray) -> None:
     unseen = w.pattern.row < 0
     for field in fields:
         field[unseen] = 0.0
-
-
-step = register("method", "newmark")(halve_when_needed(one_step))
-step.check = check_choices  # type: ignore[attr-defined]
-step.needs = kirchhoff_stress  # type: ignore[attr-defined]

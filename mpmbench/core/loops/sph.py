@@ -6,65 +6,109 @@ Monaghan's symmetric ones put ``v_j - v_i`` in place of v_j, and ``rho_i rho_j (
 sigma_j / rho_j^2)`` in place of sigma_j.
 """
 
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mpmbench.core.bases.clouds.sph_kernel import REACH, KernelBasis, cubic_spline
-from mpmbench.core.choices import Choices
+from mpmbench.core.bases.clouds.sph_kernel import REACH, Kernel, KernelBasis, cubic_spline
 from mpmbench.core.compiled import lean, matrix
-from mpmbench.core.errors import BrokeDown, Diverged, NotApplicable
+from mpmbench.core.errors import BrokeDown, Diverged, NotApplicable, require_option
 from mpmbench.core.loads import body_force, constrain
+from mpmbench.core.loops import TimeLoop
 from mpmbench.core.materials import cauchy_stress
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
 
 
 @register("method", "sph")
-def step(s: State, dt: float) -> None:
-    """Advance the state by one step of size `dt` [s]."""
-    p, dim = s.particles, s.particles.dimension
-    solid, h = p.material, smoothing_length(s)
-    x, v = p.x[solid], p.v[solid]
-    if not np.isfinite(x).all():
-        raise Diverged("a position is not finite")
-    if s.workspace is None:  # tracers go with the nearest particle
-        s.workspace = cKDTree(p.X[solid]).query(p.X[solid.stop :])[1]
-    i, j = cKDTree(x).query_pairs(REACH * h, output_type="ndarray").T
-    difference = x[i] - x[j]
-    gradient = (
-        cubic_spline(np.linalg.norm(difference, axis=1), h, dim)[1][:, None] * difference
-    )  # of W_ij at x_i
+@dataclass(frozen=True)
+class SmoothedParticles(TimeLoop):
+    """Settings of smoothed particle hydrodynamics.
 
-    symmetric = s.choices.derivatives == "symmetric"
-    m, V = p.m[solid, None], p.V[solid, None]
-    if symmetric:
-        specific = p.sigma[solid] * (V / m)[:, :, None] ** 2
-        pull = np.einsum("nab,nb->na", specific[i] + specific[j], gradient)
-        a = scatter(m[j] * pull, i, len(x)) - scatter(m[i] * pull, j, len(x))
-    else:
-        push = [
-            np.einsum("nab,nb->na", V[k, :, None] * p.sigma[solid][k], gradient) for k in (i, j)
-        ]
-        a = V / m * (scatter(push[1], i, len(x)) - scatter(push[0], j, len(x)))
-    if s.loads.body_force is not None:
-        a += body_force(s, s.time)[solid]
-    constrain(s, dt)
-    v[:] = np.where(s.fixed, s.nodes.v, v + dt * a)
+    Parameters
+    ----------
+    mass : {"lumped"}
+    transfer : {"flip"}
+        Particles keep their velocities.
+    derivatives : {"plain", "symmetric"}
+        Of Eq. 2.5 of Li 2009, or with differences of velocities and sums of stresses.
+    """
 
-    by_i, by_j = (v[j] - v[i], v[i] - v[j]) if symmetric else (v[j], v[i])
-    L = scatter(np.einsum("na,nb->nab", V[j] * by_i, gradient), i, len(x))
-    L -= scatter(np.einsum("na,nb->nab", V[i] * by_j, gradient), j, len(x))
-    p.F[solid] += dt * L @ p.F[solid]
-    if len(p.L):
-        p.L[solid] = L
-    p.V[solid] = p.V0[solid] * np.linalg.det(p.F[solid])
-    p.v[solid.stop :] = v[s.workspace]
-    p.x += dt * p.v
-    s.nodes.v[:] = v
-    s.basis.move(dt * v)
-    if p.V[solid].min() > 0.0:  # the guard ends the run otherwise
-        update_stress(s.law, s.axes, p.F[solid], L, dt, p.state, p.sigma)
-    s.time += dt
+    time: str = "sph"
+    mass: str = "lumped"
+    transfer: str = "flip"
+    derivatives: str = "plain"
+    velocity_lag: ClassVar[float] = 0.5
+    stress: ClassVar[Any] = staticmethod(cauchy_stress)
+    particles_are_nodes: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_option("derivatives", self.derivatives, ("plain", "symmetric"))
+
+    def check(self, case: Any) -> None:
+        """Refuse other functions, and choices that SPH does not have."""
+        for key, value, wanted in (
+            ("nodes", self.nodes, "moving"),
+            ("shape_functions", self.shape_functions, "updated"),
+            ("mass", self.mass, "lumped"),
+            ("transfer", self.transfer, "flip"),
+        ):
+            if value != wanted:
+                raise NotApplicable(
+                    f"method.{key}={value} is no choice for sph, whose particles are the nodes: "
+                    f"only {wanted}"
+                )
+        if not isinstance(case.basis, Kernel):
+            raise NotApplicable(f"method=sph needs basis=kernel, not basis={case.basis_name}")
+
+    def step(self, s: State, dt: float) -> None:
+        """Advance the state by one step of size `dt` [s]."""
+        p, dim = s.particles, s.particles.dimension
+        solid, h = p.material, smoothing_length(s)
+        x, v = p.x[solid], p.v[solid]
+        if not np.isfinite(x).all():
+            raise Diverged("a position is not finite")
+        if s.workspace is None:  # tracers go with the nearest particle
+            s.workspace = cKDTree(p.X[solid]).query(p.X[solid.stop :])[1]
+        i, j = cKDTree(x).query_pairs(REACH * h, output_type="ndarray").T
+        difference = x[i] - x[j]
+        gradient = (
+            cubic_spline(np.linalg.norm(difference, axis=1), h, dim)[1][:, None] * difference
+        )  # of W_ij at x_i
+
+        symmetric = self.derivatives == "symmetric"
+        m, V = p.m[solid, None], p.V[solid, None]
+        if symmetric:
+            specific = p.sigma[solid] * (V / m)[:, :, None] ** 2
+            pull = np.einsum("nab,nb->na", specific[i] + specific[j], gradient)
+            a = scatter(m[j] * pull, i, len(x)) - scatter(m[i] * pull, j, len(x))
+        else:
+            push = [
+                np.einsum("nab,nb->na", V[k, :, None] * p.sigma[solid][k], gradient) for k in (i, j)
+            ]
+            a = V / m * (scatter(push[1], i, len(x)) - scatter(push[0], j, len(x)))
+        if s.loads.body_force is not None:
+            a += body_force(s, s.time)[solid]
+        constrain(s, dt)
+        v[:] = np.where(s.fixed, s.nodes.v, v + dt * a)
+
+        by_i, by_j = (v[j] - v[i], v[i] - v[j]) if symmetric else (v[j], v[i])
+        L = scatter(np.einsum("na,nb->nab", V[j] * by_i, gradient), i, len(x))
+        L -= scatter(np.einsum("na,nb->nab", V[i] * by_j, gradient), j, len(x))
+        p.F[solid] += dt * L @ p.F[solid]
+        if len(p.L):
+            p.L[solid] = L
+        p.V[solid] = p.V0[solid] * np.linalg.det(p.F[solid])
+        p.v[solid.stop :] = v[s.workspace]
+        p.x += dt * p.v
+        s.nodes.v[:] = v
+        s.basis.move(dt * v)
+        if p.V[solid].min() > 0.0:  # the guard ends the run otherwise
+            update_stress(s.law, s.axes, p.F[solid], L, dt, p.state, p.sigma)
+        s.time += dt
 
 
 @lean
@@ -104,38 +148,3 @@ def scatter(values: np.ndarray, index: np.ndarray, count: int) -> np.ndarray:
     total = np.zeros((count, *values.shape[1:]))
     np.add.at(total, index, values)
     return total
-
-
-def check(choices: Choices) -> None:
-    """Refuse choices that SPH does not have.
-
-    Raises
-    ------
-    NotApplicable
-    """
-    for key, value, wanted in (
-        ("nodes", choices.nodes, "moving"),
-        ("shape_functions", choices.shape_functions, "updated"),
-        ("mass", choices.mass, "lumped"),
-        ("transfer", choices.transfer, "flip"),
-    ):
-        if value != wanted:
-            raise NotApplicable(
-                f"method.{key}={value} is no choice for sph, whose particles are the nodes: only {wanted}"
-            )
-
-
-def check_basis(name: str) -> None:
-    """Refuse other shape functions.
-
-    Raises
-    ------
-    NotApplicable
-    """
-    if name != "kernel":
-        raise NotApplicable(f"method=sph needs basis=kernel, not basis={name}")
-
-
-step.check = check  # type: ignore[attr-defined]
-step.check_basis = check_basis  # type: ignore[attr-defined]
-step.needs = cauchy_stress  # type: ignore[attr-defined]

@@ -4,28 +4,33 @@ Iaconeta 2017, section 5.1. With nodes that move this is UL-FEM or GMM; with nod
 is implicit MPM, whose particles are located anew after each load step.
 """
 
-from mpmbench.core.implicit import check_choices
+from dataclasses import dataclass
+from typing import ClassVar
+
 from mpmbench.core.implicit.newton import Equations, equilibrate
-from mpmbench.core.implicit.step import convect, halve_when_needed, prepare, reaction
+from mpmbench.core.implicit.step import convect, prepare, reaction
 from mpmbench.core.loads import body_force, external_force, work_of_loads
-from mpmbench.core.materials import kirchhoff_stress
+from mpmbench.core.loops.implicit import ImplicitLoop
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
 
 
-def one_step(s: State, dt: float) -> None:
-    """Find equilibrium with the loads at ``time + dt``."""
-    w = prepare(s)
-    before = body_force(s, s.time).copy()
-    external_force(s, w.phi, s.time + dt, s.nodes.f_external)
-    equations = Equations(s, w, s.nodes.f_external, dt, inertia=None)
-    du, residual = equilibrate(s, equations)
-    moved = convect(s, w, du)
-    s.record("reaction", reaction(s, w, residual))
-    s.external_work += work_of_loads(s, before, moved, dt)
-    s.time += dt
+@register("method", "static")
+@dataclass(frozen=True)
+class Static(ImplicitLoop):
+    """Settings of the loop over load steps: those of every implicit loop."""
 
+    time: str = "static"
+    dynamic: ClassVar[bool] = False
 
-step = register("method", "static")(halve_when_needed(one_step))
-step.check = check_choices  # type: ignore[attr-defined]
-step.needs = kirchhoff_stress  # type: ignore[attr-defined]
+    def one_step(self, s: State, dt: float) -> None:
+        """Find equilibrium with the loads at ``time + dt``."""
+        w = prepare(s)
+        before = body_force(s, s.time).copy()
+        external_force(s, w.phi, s.time + dt, s.nodes.f_external)
+        equations = Equations(s, w, s.nodes.f_external, dt, inertia=None)
+        du, residual = equilibrate(s, equations)
+        moved = convect(s, w, du)
+        s.record("reaction", reaction(s, w, residual))
+        s.external_work += work_of_loads(s, before, moved, dt)
+        s.time += dt

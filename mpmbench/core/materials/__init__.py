@@ -73,7 +73,10 @@ def energy_density(law: Any, axes: Any, F: np.ndarray, state: np.ndarray) -> flo
 
 
 class Material(Protocol):
-    """The registered dataclass: its settings are the keys of the material."""
+    """The registered dataclass: its settings are the keys of the material.
+
+    It may have ``particle_data``, a dict of `ParticleData`, for arrays in ``particles.data``.
+    """
 
     density: float  # kg/m^3
     history: ClassVar[int]  # number of history variables per particle

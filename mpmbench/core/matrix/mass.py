@@ -60,8 +60,8 @@ def mass_threshold(p: Particles, cutoff: float) -> float:
 def make_mass(choices: Choices, fixed: np.ndarray, basis: Basis, p: Particles) -> Mass:
     """The mass matrix that the method asks for, with the solver that its size asks for."""
     threshold = mass_threshold(p, choices.mass_cutoff)
-    # static and newmark sum a consistent mass into their tangent
-    if choices.mass == "lumped" or choices.time in ("static", "newmark"):
+    # implicit loops sum a consistent mass into their tangent
+    if choices.mass == "lumped" or choices.implicit:
         return LumpedMass(fixed, threshold)
     basis.locate(p.x)
     if choices.moving and isinstance(basis.handle, Stencils):

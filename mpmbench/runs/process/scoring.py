@@ -5,13 +5,23 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from numba.core.event import TimingListener, register
+
 from mpmbench.contracts import Check, Finding, bases, loops, materials, problems
 from mpmbench.core import registry
-from mpmbench.core.choices import Choices
-from mpmbench.core.materials import cauchy_stress
+from mpmbench.core.loops import find_loop
+from mpmbench.core.loops.explicit import Explicit
 from mpmbench.settings.files import PACKAGE
 
 Cases = list[tuple[str, Any, dict[str, Check]]]  # label, case and its checks by name
+
+compiling = TimingListener()
+register("numba:compile", compiling)
+
+
+def compile_time(connection: Connection) -> float:
+    """How long this process has compiled so far [s]."""
+    return float(compiling.duration) if compiling.done else 0.0
 
 
 def contents(connection: Connection, file: str) -> list[tuple[str, str]]:
@@ -59,10 +69,10 @@ def cases(kind: str, name: str, settings: dict[str, Any]) -> Cases:
         return [
             (f"{case.dimension}D", case, materials.checks(case)) for case in materials.cases(name)
         ]
-    if kind == "method":
-        choices = Choices(**settings["method"])
-        step = registry.get("method", name)
-        if getattr(step, "needs", cauchy_stress) is not cauchy_stress:
+    if kind in ("method", "transfer"):
+        loop = find_loop(name) if kind == "method" else Explicit
+        choices = loop(**settings["method"])
+        if choices.implicit:
             return []  # the contract is that of explicit loops
         return [(f"{case.dimension}D", case, loops.checks(case)) for case in loops.cases(choices)]
     problem = problems.ProblemCase(

@@ -166,7 +166,7 @@ ANSWERS: dict[str, Callable[..., Any]] = {
     "run": run,
     "record": record,
     "solve": solve_only,
-    **{name: score(name) for name in ("contents", "outline", "judge")},
+    **{name: score(name) for name in ("contents", "outline", "judge", "compile_time")},
 }
 
 

@@ -11,9 +11,9 @@ from mpmbench.analysis.convergence import fitted_order
 from mpmbench.core.bases.clouds.mls import MovingLeastSquares
 from mpmbench.core.bases.entropy.lme import LocalMaxEnt
 from mpmbench.core.bases.grid.linear import Linear
-from mpmbench.core.choices import Choices
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box, Cloud
+from mpmbench.core.loops.static import Static
 from mpmbench.core.materials.neo_hookean import NeoHookean
 from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.simulation import Body, build_state, simulate
@@ -204,7 +204,7 @@ def test_prescribed_stretch_in_other_dimensions(name: str, dim: int) -> None:
         return t * 0.2 * X * (np.arange(dim) == 0)
 
     settings = Linear() if name == "linear" else MovingLeastSquares()
-    choices = Choices(time="static", nodes="moving", transfer="nodal", residual_tolerance=1e-10)
+    choices = Static(nodes="moving", transfer="nodal", residual_tolerance=1e-10)
     body = Body(box, particles, fixed, lambda x: 0.0 * x, Loads(prescribed_motion=motion))
     state = build_state(body, settings, material, choices)
     solution = simulate(state, 0.5, 1.0)

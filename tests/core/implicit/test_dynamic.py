@@ -11,10 +11,10 @@ from mpmbench import case
 from mpmbench.core import registry
 from mpmbench.core.bases.clouds.mls import MovingLeastSquares
 from mpmbench.core.bases.grid.linear import Linear
-from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Box
 from mpmbench.core.implicit import newton
+from mpmbench.core.loops.newmark import Newmark
 from mpmbench.core.materials.neo_hookean import NeoHookean
 from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.simulation import Body, build_state, simulate
@@ -22,9 +22,9 @@ from mpmbench.core.state import Loads, State
 from tests.core.support import compose
 
 IMPLICIT = {
-    "fem": Choices(time="newmark", nodes="moving", transfer="nodal", mass="consistent"),
-    "gmm": Choices(time="newmark", nodes="moving", transfer="nodal", mass="consistent"),
-    "implicit_mpm": Choices(time="newmark", nodes="fixed", transfer="flip", mass="consistent"),
+    "fem": Newmark(nodes="moving", transfer="nodal", mass="consistent"),
+    "gmm": Newmark(nodes="moving", transfer="nodal", mass="consistent"),
+    "implicit_mpm": Newmark(nodes="fixed", transfer="flip", mass="consistent"),
 }
 
 
@@ -33,7 +33,7 @@ def run(problem: str, method: str, basis: str = "linear", **changes: Any) -> xr.
 
 
 def free_block(
-    method: str, gravity: float, choices: Choices | None = None, tracers: np.ndarray | None = None
+    method: str, gravity: float, choices: Newmark | None = None, tracers: np.ndarray | None = None
 ) -> State:
     """A soft block that stretches and turns, with nothing to hold it."""
     body = Box((0.0, 0.0), (1.0, 0.5), (8, 4))
@@ -111,8 +111,7 @@ def test_newmark_is_of_second_order_in_time() -> None:
 
     def end(steps: int, velocity: float) -> np.ndarray:
         zeta = 0.25 * (velocity + 0.5) ** 2
-        choices = Choices(
-            time="newmark",
+        choices = Newmark(
             nodes="moving",
             transfer="nodal",
             mass="consistent",
@@ -133,7 +132,7 @@ def test_newmark_is_of_second_order_in_time() -> None:
 @pytest.mark.parametrize("mass", ("lumped", "consistent"))
 def test_masses_of_implicit_mpm(mass: str) -> None:
     """Rigid translation is exact with either mass."""
-    choices = Choices(time="newmark", nodes="fixed", transfer="flip", mass=mass)
+    choices = Newmark(nodes="fixed", transfer="flip", mass=mass)
     state = free_block("implicit_mpm", 0.0, choices)
     state.particles.v[:] = [0.3, -0.2]
     assert simulate(state, 0.02, 0.1).status == "ok"

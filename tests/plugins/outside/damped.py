@@ -1,19 +1,25 @@
 """A time loop from outside: the explicit one with viscous damping of the particles, for rest positions."""
 
-from mpmbench.core.materials import cauchy_stress
-from mpmbench.core.methods import explicit
+from dataclasses import dataclass
+
+from mpmbench.core.errors import require
+from mpmbench.core.loops.explicit import Explicit
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
 
-DAMPING = 100.0  # [1/s]
-
 
 @register("method", "damped")
-def step(s: State, dt: float) -> None:
-    """One explicit step, after which velocities lose the share ``DAMPING dt``."""
-    explicit.step(s, dt)
-    s.particles.v *= 1.0 - DAMPING * dt
+@dataclass(frozen=True)
+class Damped(Explicit):
+    """Settings of the explicit loop, and `damping` [1/s]: velocities lose the share ``damping dt`` per step."""
 
+    damping: float = 100.0
 
-step.check = explicit.check  # type: ignore[attr-defined]
-step.needs = cauchy_stress  # type: ignore[attr-defined]
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require(self.damping >= 0.0, "damping", self.damping, "a number of at least 0")
+
+    def step(self, s: State, dt: float) -> None:
+        """Do one explicit step, then damp."""
+        super().step(s, dt)
+        s.particles.v *= 1.0 - self.damping * dt

@@ -42,7 +42,7 @@ class Kernel(BasisSettings):
 
     def check(self, choices: Choices, touches_fixed_nodes: bool) -> None:
         """Refuse Galerkin methods, whose functions must reproduce constants."""
-        if choices.time != "sph":
+        if not choices.particles_are_nodes:
             raise NotApplicable(
                 f"basis=kernel is for method=sph: it reproduces no constants, as method={choices.name} needs"
             )

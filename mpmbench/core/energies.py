@@ -1,0 +1,37 @@
+"""What is added up over the particles for the history of a run and for its guard."""
+
+from mpmbench.core.compiled import kernel, matrix
+from mpmbench.core.materials import energy_density
+
+
+@kernel
+def strain_energy(law, axes, F, state, V0):  # type: ignore[no-untyped-def]
+    """Stored energy of all particles [J]."""
+    total = 0.0
+    F_p = matrix(axes, axes)
+    for p in range(F.shape[0]):
+        if V0[p] > 0.0:
+            for d in range(len(axes)):
+                for e in range(len(axes)):
+                    F_p[d, e] = F[p, d, e]
+            total += V0[p] * energy_density(law, axes, F_p, state[p])
+    return total
+
+
+@kernel
+def kinetic_energy(m, v):  # type: ignore[no-untyped-def]
+    """``sum_p m_p |v_p|^2 / 2`` [J]."""
+    total = 0.0
+    for p in range(v.shape[0]):
+        for d in range(v.shape[1]):
+            total += 0.5 * m[p] * v[p, d] * v[p, d]
+    return total
+
+
+@kernel
+def first_bad_volume(V, V0):  # type: ignore[no-untyped-def]
+    """Number of the first particle whose volume is not positive and finite, -1 if there is none."""
+    for p in range(V.shape[0]):
+        if V0[p] > 0.0 and not (0.0 < V[p] < 1e300):
+            return p
+    return -1
