@@ -8,7 +8,7 @@ import numpy as np
 from mpmbench.contracts import Check, Finding, largest
 from mpmbench.core import registry
 from mpmbench.core.bases import Basis, BasisSettings, Promises
-from mpmbench.core.errors import SolverFailure
+from mpmbench.core.errors import NotApplicable, SolverFailure
 from mpmbench.core.geometry import Box
 from mpmbench.core.transfer.sums import p2g_mass
 
@@ -76,12 +76,12 @@ class BasisCase:
 
 
 def cases(name: str, settings: dict[str, Any] | None = None, **promised: Any) -> list[BasisCase]:
-    """All cases of a basis: its dimensions, with nodes at rest and moved."""
-    dimensions = registry.get("basis", name).promises.dimensions
+    """All cases of a basis: its dimensions, with nodes at rest and, if they can, moved."""
+    promises = replace(registry.get("basis", name).promises, **promised)
     return [
         BasisCase(name, d, moved, settings or {}, promised)
-        for d in dimensions
-        for moved in (False, True)
+        for d in promises.dimensions
+        for moved in ((False, True) if promises.moves else (False,))
     ]
 
 
@@ -218,7 +218,9 @@ def outside_is_noticed(case: BasisCase) -> Finding:
 
 
 def nodes_follow(case: BasisCase) -> Finding:
-    """A stretch along the axes with a shift moves the nodes exactly, and knots with all that follows from them."""
+    """A stretch along the axes with a shift moves the nodes exactly, and all that follows; or it is refused."""
+    if not case.promises.moves:
+        return moving_is_refused(case)
     if not case.moved:
         return Finding(True, "nodes at rest")
     basis = case.build()
@@ -229,6 +231,16 @@ def nodes_follow(case: BasisCase) -> Finding:
     return Finding(
         error < 1e-13, f"nodes follow a stretch along the axes with an error of {error:.2g} m"
     )
+
+
+def moving_is_refused(case: BasisCase) -> Finding:
+    """A basis whose nodes stay says so when it is built to move or, at the latest, when it is moved."""
+    try:
+        basis = case.plugin.build(case.box, 1, True)
+        basis.move(np.zeros_like(basis.nodes))
+    except NotApplicable as refusal:
+        return Finding(True, f"refused: {refusal}")
+    return Finding(False, "nodes move, and it is declared that they cannot")
 
 
 CHECKS: dict[str, Check] = {

@@ -1,11 +1,18 @@
 """The invariants of every registered basis, in every dimension it claims: each promise tested in both directions."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mpmbench.contracts import bases
 from mpmbench.core import registry
+from mpmbench.core.bases import Basis
+from mpmbench.core.bases.grid.linear import Linear
+from mpmbench.core.bases.grid.spline import TensorSpline
 from mpmbench.core.errors import SolverFailure
+from mpmbench.core.geometry import Geometry
+from mpmbench.core.registry import register
 
 # where the default is a special case (MLS with this radius is the linear basis in 1D), the general
 # one
@@ -56,3 +63,30 @@ def test_knots_that_cross_end_the_run() -> None:
     basis = bases.BasisCase("bspline", 1, moved=True).build()
     with pytest.raises(SolverFailure, match="crossed"):
         basis.move(-1.5 * basis.nodes)
+
+
+def test_bases_whose_nodes_stay_are_not_moved_and_refuse_it() -> None:
+    """They have no cases with moved nodes; one that moves all the same is found out."""
+
+    class Still(TensorSpline):
+        move = Basis.move
+
+    @register("basis", "still")
+    class StillLinear(Linear):
+        promises = replace(Linear.promises, moves=False)
+
+        def build(self, geometry: Geometry, particles: int, moving: bool) -> Basis:
+            basis = super().build(geometry, particles, moving)
+            basis.__class__ = Still
+            return basis
+
+    @register("basis", "not_so_still")
+    class NotSoStill(Linear):
+        promises = StillLinear.promises
+
+    cases = {name: bases.cases(name) for name in ("still", "not_so_still")}
+    assert not any(case.moved for found in cases.values() for case in found)
+    assert len(cases["still"]) == 3
+    refused = bases.nodes_follow(cases["still"][0])
+    assert refused.passed and "cannot move" in refused.text
+    assert not bases.nodes_follow(cases["not_so_still"][0]).passed
