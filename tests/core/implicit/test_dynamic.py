@@ -11,7 +11,7 @@ from mpmbench import case
 from mpmbench.core import registry
 from mpmbench.core.bases.clouds.mls import MovingLeastSquares
 from mpmbench.core.bases.grid.linear import Linear
-from mpmbench.core.errors import NotApplicable
+from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.core.geometry import Box
 from mpmbench.core.implicit import newton
 from mpmbench.core.loops.newmark import Newmark
@@ -64,6 +64,11 @@ def free_block(
         Loads(body_force=weight),
     )
     return build_state(free, basis, material, choices or IMPLICIT[method])
+
+
+def test_unstable_parameters_are_refused() -> None:
+    with pytest.raises(BadSetting, match="newmark_displacement"):
+        Newmark(newmark_displacement=0.1)
 
 
 @pytest.mark.parametrize("method", IMPLICIT)

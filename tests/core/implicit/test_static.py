@@ -238,7 +238,6 @@ def test_settings_are_checked() -> None:
         ({"resolution": 12}, "multiple of 8"),
         ({"problem__load_steps": 0}, "load_steps"),
         ({"method__residual_tolerance": 0.0}, "residual_tolerance"),
-        ({"method__newmark_displacement": 0.1}, "newmark_displacement"),
         ({"basis__weight": "sinc"}, "cubic_spline"),
     ):
         with pytest.raises(ValueError, match=message):
