@@ -8,11 +8,12 @@ import pytest
 from mpmbench.core.bases.clouds.search import make_buckets, nearest_distances
 from mpmbench.core.bases.entropy.basis import EntropyBasis
 from mpmbench.core.bases.entropy.lme import LocalMaxEnt
+from mpmbench.core.bases.entropy.locality import make_work
 from mpmbench.core.bases.entropy.maxent import MaxEnt
 from mpmbench.core.bases.entropy.points import evaluate_range
-from mpmbench.core.bases.entropy.priors import make_work
 from mpmbench.core.bases.grid.bspline import BSpline
-from mpmbench.core.compiled.exponentials import exponentiate, lean
+from mpmbench.core.compiled import lean
+from mpmbench.core.compiled.exponentials import exponentiate
 from mpmbench.core.errors import BadSetting, BrokeDown, NotConverged
 from mpmbench.core.geometry import Box, Cloud
 
@@ -245,7 +246,7 @@ def test_newton_needs_its_line_search() -> None:
 
 def test_limit_of_the_iteration() -> None:
     basis = LocalMaxEnt().build(jittered(2, 0.3), 0, False)
-    basis.cloud = basis.cloud._replace(max_iterations=2)
+    basis.cloud = basis.cloud._replace(form=basis.cloud.form._replace(most_steps=2))
     with pytest.raises(NotConverged, match="no solution after 3 Newton steps"):
         basis.evaluate(points(2))
 
@@ -301,7 +302,7 @@ def test_any_split_gives_the_same_bits() -> None:
                 x,
                 first,
                 last,
-                *basis.handle[1:],
+                basis.handle,
                 basis.iterations,
             )
             assert status[0] == 0

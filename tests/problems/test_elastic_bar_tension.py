@@ -85,14 +85,16 @@ def test_lumped_position_differences_lose_energy() -> None:
 
 def test_sph_explodes() -> None:
     result = solve(
-        compose("elastic_bar_tension", "sph", "kernel", problem__particle_layout="nodes")
+        compose("elastic_bar_tension", "sph", "sph_kernel", problem__particle_layout="nodes")
     )
     assert result.attrs["status"] == "diverged"
     assert "the free end is displaced" in result.attrs["reason"]
 
 
 def test_symmetric_sph_is_better_and_still_wrong() -> None:
-    result = bar("sph", "kernel", problem__particle_layout="nodes", method__derivatives="symmetric")
+    result = bar(
+        "sph", "sph_kernel", problem__particle_layout="nodes", method__derivatives="symmetric"
+    )
     assert float(result["tip_displacement_error"]) > 0.5
     assert float(result["total_energy_drift"]) < 0.01
 
@@ -100,11 +102,11 @@ def test_symmetric_sph_is_better_and_still_wrong() -> None:
 @pytest.mark.parametrize(
     ("method", "basis", "changes", "words"),
     [
-        ("sph", "kernel", {}, "particle_layout=nodes"),
-        ("sph", "lme", {"problem__particle_layout": "nodes"}, "basis=kernel"),
-        ("otm", "kernel", {}, "reproduces no constants"),
+        ("sph", "sph_kernel", {}, "particle_layout=nodes"),
+        ("sph", "lme", {"problem__particle_layout": "nodes"}, "basis=sph_kernel"),
+        ("otm", "sph_kernel", {}, "reproduces no constants"),
         ("mpm", "linear", {"problem__irregularity": 0.2}, "irregular nodes"),
-        ("sph", "kernel", {"method__mass": "consistent"}, "method.mass=consistent"),
+        ("sph", "sph_kernel", {"method__mass": "consistent"}, "method.mass=consistent"),
     ],
 )
 def test_combinations_that_make_no_sense(

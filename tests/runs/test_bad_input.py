@@ -27,6 +27,7 @@ BAD = [  # arguments, what the sentence must contain
     ("basis=linear basis.degree=2", "the chosen basis has no degree, which belongs to bspline"),
     ("basis.d_max=[", "this value is not understood"),
     ("problem=bar_fixed_end", "did you mean bar_fixed_ends"),
+    ("method=sph basis=kernel", "did you mean sph_kernel"),
     ("material.poisson_ratio=0.5", "material.poisson_ratio = 0.5"),
     ("material.young_modulus=inf", "material.young_modulus = inf: a finite number"),
     ("method=null", "there is no method null"),

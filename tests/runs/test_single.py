@@ -148,7 +148,7 @@ def test_list_names_what_there_is(command, monkeypatch):
         "quickstart",
     ):
         assert f"\n  {name} " in out
-    few = {"method": ("mpm", "sph"), "basis": ("kernel", "maxent")}
+    few = {"method": ("mpm", "sph"), "basis": ("sph_kernel", "maxent")}
 
     def some(group):
         return {
@@ -165,4 +165,4 @@ def test_list_names_what_there_is(command, monkeypatch):
         ["mpm", "-", "yes"],
         ["sph", "yes", "-"],
     )
-    assert [line.split(":")[0].strip() for line in reasons] == ["mpm, kernel", "sph, maxent"]
+    assert [line.split(":")[0].strip() for line in reasons] == ["mpm, sph_kernel", "sph, maxent"]

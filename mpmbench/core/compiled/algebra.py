@@ -1,6 +1,17 @@
-"""Determinant, inverse and product of small matrices; the dimension is the length of the tuple `axes`."""
+"""Small vectors and matrices, whose dimension is the length of the tuple `axes`."""
+
+import math
 
 from mpmbench.core.compiled import inlined
+
+
+@inlined
+def length(axes, a):  # type: ignore[no-untyped-def]
+    """Euclidean length of a vector."""
+    square = 0.0
+    for d in range(len(axes)):
+        square += a[d] * a[d]
+    return math.sqrt(square)
 
 
 @inlined

@@ -4,9 +4,7 @@ import math
 
 import numpy as np
 
-from mpmbench.core.compiled import inlined, lean, matrix, vector
-
-__all__ = ["LANES", "exponentials", "exponentiate", "lean", "matrix", "vector"]
+from mpmbench.core.compiled import inlined
 
 LANES = 8  # numbers that a vector instruction takes at most: arrays are padded to a multiple
 LOG2E = 1.0 / math.log(2.0)
@@ -14,6 +12,12 @@ LN2_HIGH, LN2_LOW = 0.6931471803691238, 1.9082149292705877e-10  # the first with
 TO_INTEGER = 6755399441055744.0  # 1.5 * 2^52: adding it rounds, and leaves n in the low bits
 BIAS = np.int64(1023 << 52)  # exponent of the double 1.0
 TERMS = tuple(1.0 / math.factorial(k) for k in range(14))
+
+
+@inlined
+def whole_lanes(count):  # type: ignore[no-untyped-def]
+    """Least multiple of LANES that is not less than `count`."""
+    return (count + LANES - 1) // LANES * LANES
 
 
 @inlined

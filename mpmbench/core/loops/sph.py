@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mpmbench.core.bases.clouds.sph_kernel import REACH, Kernel, KernelBasis, cubic_spline
+from mpmbench.core.bases.clouds.sph_kernel import KernelBasis, SmoothedKernel, pair_gradients
 from mpmbench.core.compiled import lean, matrix
 from mpmbench.core.errors import BrokeDown, Diverged, NotApplicable, require_option
 from mpmbench.core.loads import body_force, constrain
@@ -61,23 +61,20 @@ class SmoothedParticles(TimeLoop):
                     f"method.{key}={value} is no choice for sph, whose particles are the nodes: "
                     f"only {wanted}"
                 )
-        if not isinstance(case.basis, Kernel):
-            raise NotApplicable(f"method=sph needs basis=kernel, not basis={case.basis_name}")
+        if not isinstance(case.basis, SmoothedKernel):
+            raise NotApplicable(f"method=sph needs basis=sph_kernel, not basis={case.basis_name}")
 
     def step(self, s: State, dt: float) -> None:
         """Advance the state by one step of size `dt` [s]."""
-        p, dim = s.particles, s.particles.dimension
-        solid, h = p.material, smoothing_length(s)
+        p, radius = s.particles, support_radius(s)
+        solid = p.material
         x, v = p.x[solid], p.v[solid]
         if not np.isfinite(x).all():
             raise Diverged("a position is not finite")
         if s.workspace is None:  # tracers go with the nearest particle
             s.workspace = cKDTree(p.X[solid]).query(p.X[solid.stop :])[1]
-        i, j = cKDTree(x).query_pairs(REACH * h, output_type="ndarray").T
-        difference = x[i] - x[j]
-        gradient = (
-            cubic_spline(np.linalg.norm(difference, axis=1), h, dim)[1][:, None] * difference
-        )  # of W_ij at x_i
+        i, j = cKDTree(x).query_pairs(radius, output_type="ndarray").T
+        gradient = pair_gradients(radius, x, i, j)
 
         symmetric = self.derivatives == "symmetric"
         m, V = p.m[solid, None], p.V[solid, None]
@@ -125,8 +122,8 @@ def update_stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped
                 sigma[p, d, e] = sigma_p[d, e]
 
 
-def smoothing_length(s: State) -> float:
-    """Smoothing length h [m].
+def support_radius(s: State) -> float:
+    """Radius of the kernel's support, twice the smoothing length [m].
 
     Raises
     ------
@@ -134,13 +131,13 @@ def smoothing_length(s: State) -> float:
         When the particles are not the nodes.
     """
     if not isinstance(s.basis, KernelBasis):
-        raise BrokeDown("method=sph needs basis=kernel")
+        raise BrokeDown("method=sph needs basis=sph_kernel")
     particles, nodes = len(s.particles.x) - s.particles.tracers, len(s.fixed)
     if nodes != particles:
         raise BrokeDown(
             f"method=sph needs particles at the nodes: there are {particles} particles and {nodes} nodes"
         )
-    return s.basis.smoothing_length
+    return s.basis.radius
 
 
 def scatter(values: np.ndarray, index: np.ndarray, count: int) -> np.ndarray:

@@ -145,6 +145,20 @@ def test_failing_clouds_take_in_more_nodes() -> None:
         basis.evaluate(np.array([[5.0, 5.0]]))
 
 
+def test_weights_of_far_nodes_do_not_underflow() -> None:
+    """In a gap all nodes are so far away that only the ratios of their Gaussians are numbers."""
+    nodes = np.array([0.0, 0.1, 0.2, 0.3, 0.9, 1.05, 1.1, 1.2])[:, None]
+    basis = LocalMaxEnt(gamma=100.0, spacing=0.1, relative_radius=6.0, rim="cut").build(
+        Cloud(nodes), 1, True
+    )
+    stored = basis.evaluate(np.array([[0.6]]))
+    value = stored.matrix(8)[0]
+    assert value @ nodes == pytest.approx([0.6], abs=1e-12)
+    near = stored.index[0, : stored.size[0]]
+    assert {3, 4} < set(near)
+    assert value[[3, 4]] == pytest.approx([0.5, 0.5], abs=1e-12)  # the others are far behind
+
+
 def test_minimum_cloud_grows_the_radius() -> None:
     nodes = irregular().nodes
     few, many = (MovingLeastSquares(minimum_nodes=n).build(irregular(), 1, True) for n in (0, 12))

@@ -1,4 +1,4 @@
-"""Functions of a point's nearest nodes: the search and the repair that `mls` and truncated `lme` share.
+"""Functions of a point's nearest nodes: search, and repair of clouds that do not suffice.
 
 The cloud of a point holds the nodes closer than a search radius, but at least a minimum number. A
 point whose functions cannot be found, or only from an ill-conditioned matrix or by extrapolation,
@@ -6,6 +6,7 @@ takes in the next nearest node, and the next (Iaconeta 2017, section 5.3).
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -15,27 +16,38 @@ from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.errors import BadSetting, BrokeDown
 
 SPARE = 4  # nodes that are looked up beyond the largest cloud, for repairs
-GROWTH = 1.1  # a radius that grows reaches so far beyond the last node, which would have no weight otherwise
+# A radius that grows reaches beyond the last node, which would have no weight otherwise.
+BEYOND_LAST = 1.1
 LARGEST_CLOUD = 200  # a point that needs more nodes than this has no functions
+# Rounds in which nodes are added for conditioning, which points on the hull never reach.
+STRICT_ROUNDS = 8
 
-PATIENCE = 8  # nodes that are added for the sake of conditioning; points on the hull never become well-conditioned
 
-# fill(nodes, x, points, near, count, radius, strict, stored, failed) evaluates x[points] from the
-# nodes near[p, :count[p]], and marks those that fail or, if strict, are ill-conditioned
-Fill = Callable[
-    [
-        np.ndarray,
-        np.ndarray,
-        np.ndarray,
-        np.ndarray,
-        np.ndarray,
-        np.ndarray,
-        bool,
-        Stencils,
-        np.ndarray,
-    ],
-    None,
-]
+class Clouds(NamedTuple):
+    """The nodes near each of n points.
+
+    Attributes
+    ----------
+    nodes, x : ndarray
+        Positions of all nodes and of the points [m], shapes (N, dim) and (n, dim).
+    near : ndarray of int
+        Numbers of the nearest nodes in the order of their distance, shape (n, K).
+    size : ndarray of int
+        How many of them are in the cloud, shape (n,).
+    radius : ndarray
+        Radius of the cloud [m], shape (n,).
+    """
+
+    nodes: np.ndarray
+    x: np.ndarray
+    near: np.ndarray
+    size: np.ndarray
+    radius: np.ndarray
+
+
+# fill(clouds, points, strict, stored, failed) evaluates the functions of some points, and marks
+# those that have none or, if strict, ill-conditioned ones.
+Fill = Callable[[Clouds, np.ndarray, bool, Stencils, np.ndarray], None]
 
 
 class CloudBasis(StoredBasis):
@@ -71,12 +83,9 @@ class CloudBasis(StoredBasis):
         promises: Promises,
     ) -> None:
         self.nodes = np.array(nodes, dtype=float)
-        if len(self.nodes) < max(minimum_nodes, self.nodes.shape[1] + 1):
-            raise BadSetting(
-                "nodes",
-                len(self.nodes),
-                f"at least {max(minimum_nodes, self.nodes.shape[1] + 1)} nodes",
-            )
+        least = max(minimum_nodes, self.nodes.shape[1] + 1)
+        if len(self.nodes) < least:
+            raise BadSetting("nodes", len(self.nodes), f"at least {least} nodes")
         self.promises, self.radius, self.minimum_nodes = promises, radius, minimum_nodes
         self._fill_points = fill
         self._tree = cKDTree(self.nodes)
@@ -99,25 +108,18 @@ class CloudBasis(StoredBasis):
         x = np.ascontiguousarray(x)
         distance, near = self._nearest(x)
         count = np.maximum(np.sum(distance < self.radius, axis=1), self.minimum_nodes)
-        radius = self._radii(distance, count)
+        radius = np.zeros(len(x))
         width = int(count.max(initial=1)) + SPARE
         if stored.width < width:
             stored = Stencils.empty(len(x), width, x.shape[1])
-        failed = np.zeros(len(x), dtype=np.bool_)
-        strict = int(count.max(initial=1)) < len(self.nodes)  # else there is nothing to take in
-        self._fill_points(
-            self.nodes, x, np.arange(len(x)), near, count, radius, strict, stored, failed
-        )
-        self.repaired, rounds = int(failed.sum()), 0
-        while (points := np.flatnonzero(failed)).size:
-            rounds += 1
-            count[points] += 1
+        points, rounds = np.arange(len(x)), 0
+        while points.size:
             most = int(count[points].max())
-            if most > min(LARGEST_CLOUD, len(self.nodes)):
+            if rounds > 0 and most > min(LARGEST_CLOUD, len(self.nodes)):
                 p = points[int(np.argmax(count[points]))]
                 raise BrokeDown(
-                    f"lost basis: no functions at point {p} ({np.array2string(x[p], precision=6)} m) from its "
-                    f"{most - 1} nearest nodes"
+                    f"lost basis: no functions at point {p} ({np.array2string(x[p], precision=6)} "
+                    f"m) from its {most - 1} nearest nodes"
                 )
             if most > distance.shape[1]:
                 self._width = min(len(self.nodes), most + SPARE)
@@ -125,13 +127,19 @@ class CloudBasis(StoredBasis):
             if most > stored.index.shape[1]:
                 stored = _widened(stored, most + SPARE)
             radius[points] = self._radii(distance[points], count[points])
-            failed[:] = False
-            strict = rounds < PATIENCE and most < len(self.nodes)
-            self._fill_points(self.nodes, x, points, near, count, radius, strict, stored, failed)
+            failed = np.zeros(len(x), dtype=np.bool_)
+            # with all nodes in a cloud there is nothing to take in
+            strict = rounds < STRICT_ROUNDS and most < len(self.nodes)
+            clouds = Clouds(self.nodes, x, near, count, radius)
+            self._fill_points(clouds, points, strict, stored, failed)
+            points = np.flatnonzero(failed)
+            self.repaired = points.size if rounds == 0 else self.repaired
+            count[points] += 1
+            rounds += 1
         return stored
 
     def _nearest(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Distances and numbers of the nearest nodes, in that order: all within the radius, and a few to spare."""
+        """Distances and numbers of the nearest nodes: all within the radius, a few to spare."""
         while True:
             found = self._tree.query(x, k=np.arange(1, self._width + 1))
             distance, near = np.asarray(found[0]), np.asarray(found[1], dtype=np.int64)
@@ -140,9 +148,9 @@ class CloudBasis(StoredBasis):
             self._width = min(len(self.nodes), int(1.5 * self._width) + 1)
 
     def _radii(self, distance: np.ndarray, count: np.ndarray) -> np.ndarray:
-        """Radius of the cloud of each point [m]: the search radius, or a larger one around the nodes it needs."""
+        """Radius of each cloud [m]: the search radius, or more around the nodes it needs."""
         farthest = np.take_along_axis(distance, count[:, None] - 1, axis=1)[:, 0]
-        return np.where(farthest < self.radius, self.radius, GROWTH * farthest)
+        return np.where(farthest < self.radius, self.radius, BEYOND_LAST * farthest)
 
 
 def _widened(stored: Stencils, width: int) -> Stencils:
@@ -150,9 +158,6 @@ def _widened(stored: Stencils, width: int) -> Stencils:
     wider = Stencils.empty(len(stored.size), width, stored.grad_phi.shape[2])
     old = stored.index.shape[1]
     wider.size[:] = stored.size
-    wider.index[:, :old], wider.phi[:, :old], wider.grad_phi[:, :old] = (
-        stored.index,
-        stored.phi,
-        stored.grad_phi,
-    )
+    wider.index[:, :old], wider.phi[:, :old] = stored.index, stored.phi
+    wider.grad_phi[:, :old] = stored.grad_phi
     return wider

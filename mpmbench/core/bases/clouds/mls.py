@@ -1,4 +1,4 @@
-"""Moving least squares functions of degree 1 or 2 (Lancaster and Salkauskas 1981; Iaconeta 2017, Eqs. 50-58).
+"""Moving least squares of degree 1 or 2 (Lancaster, Salkauskas 1981; Iaconeta 2017, Eqs. 50-58).
 
 ``N_I = P(0) . M^-1 P_I W_I`` with ``M = sum_I P_I (x) P_I W_I`` and the polynomials P in
 coordinates relative to the point, in units of the radius. The weight, which the paper does not
@@ -9,13 +9,14 @@ lie to one side of the point, its cloud takes in further nodes.
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from functools import partial
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from mpmbench.core.bases import BasisSettings, Promises
 from mpmbench.core.bases.clouds.cloud import CloudBasis
-from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.bases.radial import GAUSSIAN, QUARTIC_SPLINE, WEIGHTS
 from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import kernel
 from mpmbench.core.errors import BadSetting, NotApplicable
@@ -23,7 +24,6 @@ from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 
-WEIGHTS = ("cubic_spline", "quartic_spline", "gaussian")
 PROMISES = Promises(
     non_negative=False,
     extrapolates=True,
@@ -33,7 +33,17 @@ PROMISES = Promises(
 )
 DIRECT_RADIUS = math.sqrt(2.0) * (1.0 + 1e-6)  # in nodal spacings, on regular nodes
 SMALLEST_PIVOT = 1e-10  # of M, scaled to a unit diagonal: below it the cloud takes in another node
-LARGEST_SUM = 2.0  # of |N_I|: more has a point outside the nodes that carry weight, and its cloud takes in another node
+# Of |N_I|: more has a point outside the nodes that carry weight; its cloud takes in another node.
+LARGEST_SUM = 2.0
+
+
+class Recipe(NamedTuple):
+    """Degree and number of polynomials, kind of weight, and R_eff / R."""
+
+    degree: int
+    polynomials: int
+    weight: int
+    effective: float
 
 
 @register("basis", "mls")
@@ -87,8 +97,9 @@ class MovingLeastSquares(BasisSettings):
             and self.relative_radius > DIRECT_RADIUS
         ):
             raise NotApplicable(
-                f"basis.relative_radius={self.relative_radius:g} with method.dirichlet=direct: mls does not "
-                "interpolate, so nodes can be held directly up to sqrt(2) only: use method.dirichlet=multipliers"
+                f"basis.relative_radius={self.relative_radius:g} with method.dirichlet=direct: mls "
+                "does not interpolate, so nodes can be held directly up to sqrt(2) only: use "
+                "method.dirichlet=multipliers"
             )
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> CloudBasis:
@@ -100,25 +111,9 @@ class MovingLeastSquares(BasisSettings):
         dimension = geometry.dimension
         nodes = geometry.points
         polynomials = math.comb(dimension + self.degree, self.degree)
-        weight, degree, effective = WEIGHTS.index(self.weight), self.degree, self.effective_radius
-
-        def fill(
-            nodes: np.ndarray,
-            x: np.ndarray,
-            points: np.ndarray,
-            near: np.ndarray,
-            count: np.ndarray,
-            radii: np.ndarray,
-            strict: bool,
-            stored: Stencils,
-            failed: np.ndarray,
-        ) -> None:
-            settings = degree, polynomials, weight, effective, LARGEST_SUM if strict else math.inf
-            fill_points(nodes, x, points, near, count, radii, *settings, stored, failed)
-
-        return CloudBasis(
-            nodes, particles, radius, max(self.minimum_nodes, polynomials), fill, PROMISES
-        )
+        recipe = Recipe(self.degree, polynomials, WEIGHTS[self.weight], self.effective_radius)
+        least = max(self.minimum_nodes, polynomials)
+        return CloudBasis(nodes, particles, radius, least, partial(fill_points, recipe), PROMISES)
 
 
 @kernel
@@ -126,7 +121,7 @@ def weigh(kind, effective, q):  # type: ignore[no-untyped-def]
     """Weight and its derivative by ``q = r / R``, 0 <= q; both vanish beyond q = 1."""
     if q >= 1.0:
         return 0.0, 0.0
-    if kind == 2:
+    if kind == GAUSSIAN:
         c = 1.0 / (effective * effective)
         rim = math.exp(-c)
         bell = math.exp(-c * q * q)
@@ -135,7 +130,7 @@ def weigh(kind, effective, q):  # type: ignore[no-untyped-def]
     if t >= 1.0:
         return 0.0, 0.0
     scale = 1.0 / (2.0 * effective)
-    if kind == 1:
+    if kind == QUARTIC_SPLINE:
         return 1.0 - t * t * (6.0 - 8.0 * t + 3.0 * t * t), -12.0 * t * (1.0 - t) * (
             1.0 - t
         ) * scale
@@ -146,7 +141,10 @@ def weigh(kind, effective, q):  # type: ignore[no-untyped-def]
 
 @kernel
 def polynomials_at(degree, xi, P, dP):  # type: ignore[no-untyped-def]
-    """Monomials up to the degree at xi, shape (dim,): values P, shape (m,), and derivatives dP, shape (m, dim)."""
+    """Monomials up to the degree at xi, shape (dim,).
+
+    Values go to P, shape (m,), derivatives to dP, shape (m, dim).
+    """
     dim = xi.shape[0]
     P[0] = 1.0
     dP[:] = 0.0
@@ -198,71 +196,75 @@ def substitute(M, b):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def fill_points(  # type: ignore[no-untyped-def]
-    nodes, x, points, near, count, radii, degree, m, weight, effective, largest_sum, stored, failed
-):
-    """Functions and full gradients (weights included) at ``x[points]``; marks points without, or with too large ones.
+def expand(recipe, clouds, p, P, dP, W, dW, M):  # type: ignore[no-untyped-def]
+    """Polynomials and weights of the nodes around point `p`, their derivatives by x, and M."""
+    dim, m = clouds.x.shape[1], recipe.polynomials
+    R, x = clouds.radius[p], clouds.x[p]
+    xi, gradient = np.zeros(dim), np.zeros((m, dim))
+    M[:] = 0.0
+    for k in range(clouds.size[p]):
+        square = 0.0
+        for d in range(dim):
+            xi[d] = (clouds.nodes[clouds.near[p, k], d] - x[d]) / R
+            square += xi[d] * xi[d]
+        distance = math.sqrt(square)
+        W[k], slope = weigh(recipe.weight, recipe.effective, distance)
+        polynomials_at(recipe.degree, xi, P[k], gradient)
+        for d in range(dim):  # the relative coordinate falls when x grows
+            dW[k, d] = -slope * xi[d] / (distance * R) if distance > 0.0 else 0.0
+            for a in range(m):
+                dP[k, a, d] = -gradient[a, d] / R
+        for a in range(m):
+            for b in range(a + 1):
+                M[a, b] += P[k, a] * P[k, b] * W[k]
+
+
+@kernel
+def fill_points(recipe, clouds, points, strict, stored, failed):  # type: ignore[no-untyped-def]
+    """Functions and full gradients (weights included) at some points, in the shape of `Fill`.
 
     With ``c = M^-1 P(0)``: ``grad N_I = (P_I . grad c + c . grad P_I) W_I + c . P_I grad W_I`` and
     ``grad c = -M^-1 (grad M) c``.
     """
-    dim = x.shape[1]
-    width = near.shape[1]
+    width, dim, m = clouds.near.shape[1], clouds.x.shape[1], recipe.polynomials
     P, dP = np.zeros((width, m)), np.zeros((width, m, dim))
     W, dW = np.zeros(width), np.zeros((width, dim))
     M, c, dc = np.zeros((m, m)), np.zeros(m), np.zeros(m)
-    xi, gradient = np.zeros(dim), np.zeros((m, dim))
     for q in range(points.shape[0]):
         p = points[q]
-        R = radii[p]
-        M[:] = 0.0
-        for k in range(count[p]):
-            distance = 0.0
-            for d in range(dim):
-                xi[d] = (nodes[near[p, k], d] - x[p, d]) / R
-                distance += xi[d] * xi[d]
-            distance = math.sqrt(distance)
-            W[k], slope = weigh(weight, effective, distance)
-            polynomials_at(degree, xi, P[k], gradient)
-            for d in range(dim):  # by x: the relative coordinate falls when x grows
-                dW[k, d] = -slope * xi[d] / (distance * R) if distance > 0.0 else 0.0
-                for a in range(m):
-                    dP[k, a, d] = -gradient[a, d] / R
-            for a in range(m):
-                for b in range(a + 1):
-                    M[a, b] += P[k, a] * P[k, b] * W[k]
+        count = clouds.size[p]
+        expand(recipe, clouds, p, P, dP, W, dW, M)
         if not cholesky(M) > SMALLEST_PIVOT:
             failed[p] = True
             continue
         c[:] = 0.0
         c[0] = 1.0
         substitute(M, c)
-        stored.size[p] = count[p]
+        stored.size[p] = count
         total = 0.0
-        for k in range(count[p]):
+        for k in range(count):
             value = 0.0
             for a in range(m):
                 value += c[a] * P[k, a]
-            stored.index[p, k] = near[p, k]
+            stored.index[p, k] = clouds.near[p, k]
             stored.phi[p, k] = value * W[k]
             total += abs(stored.phi[p, k])
-        if total > largest_sum:
+        if strict and total > LARGEST_SUM:
             failed[p] = True
             continue
         for d in range(dim):
             dc[:] = 0.0
-            for k in range(count[p]):
+            for k in range(count):
                 value, change = 0.0, 0.0
                 for a in range(m):
                     value += c[a] * P[k, a]
                     change += c[a] * dP[k, a, d]
                 for a in range(m):
-                    dc[a] -= (dP[k, a, d] * value + P[k, a] * change) * W[k] + P[k, a] * value * dW[
-                        k, d
-                    ]
+                    carried = (dP[k, a, d] * value + P[k, a] * change) * W[k]
+                    dc[a] -= carried + P[k, a] * value * dW[k, d]
                 stored.grad_phi[p, k, d] = change * W[k] + value * dW[k, d]
             substitute(M, dc)
-            for k in range(count[p]):
+            for k in range(count):
                 value = 0.0
                 for a in range(m):
                     value += dc[a] * P[k, a]

@@ -1,4 +1,4 @@
-"""Which nodes can be seen from a point: cells that list, in ascending order, every node whose support reaches them.
+"""Which nodes can be seen from a point: cells list, ascending, every node that reaches them.
 
 A point reads one list and is done, whatever the sizes of the supports; the order of the neighbours,
 and so every sum over them, does not depend on how the nodes were found.
@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mpmbench.core.compiled.exponentials import lean
+from mpmbench.core.compiled import lean
 
 
 class Buckets(NamedTuple):
@@ -37,7 +37,7 @@ class Buckets(NamedTuple):
 
 @lean
 def cell_along(buckets, d, coordinate):  # type: ignore[no-untyped-def]
-    """Number of the cell along axis `d`; points outside (or not a number) belong to a cell at the end."""
+    """Number of the cell along axis `d`; points outside (or NaN) belong to one at the end."""
     position = (coordinate - buckets.lower[d]) * buckets.inverse_size[d]
     if not position > 0.0:
         return 0
@@ -57,7 +57,7 @@ def cell_of(buckets, dimension, x, p):  # type: ignore[no-untyped-def]
 
 @lean
 def _visit(buckets, nodes, support, low, high, gap, write):  # type: ignore[no-untyped-def]
-    """Walk over all cells that each support reaches: count them in ``first[c + 1]``, or write the entries.
+    """Walk over all cells that each support reaches: count in ``first[c + 1]``, or write entries.
 
     Counting before writing costs a second walk and spares every guess about the lengths of the
     lists. `low`, `high` and `gap` are working memory of three entries.
@@ -79,9 +79,8 @@ def _visit(buckets, nodes, support, low, high, gap, write):  # type: ignore[no-u
                         left = buckets.lower[d] + place * buckets.size[d]
                         gap[d] = max(left - nodes[i, d], nodes[i, d] - left - buckets.size[d], 0.0)
                         distance += gap[d] * gap[d]
-                    if (
-                        distance <= reach * reach or reach == 0.0
-                    ):  # a node without support is in its own cell
+                    # a node without support is in its own cell
+                    if distance <= reach * reach or reach == 0.0:
                         cell = (a * buckets.cells[1] + b) * buckets.cells[2] + c
                         if write:
                             buckets.entry[buckets.first[cell]] = i
@@ -126,7 +125,7 @@ def fill_buckets(buckets: Buckets, nodes: np.ndarray, support: np.ndarray) -> Bu
 
 
 def make_buckets(nodes: np.ndarray, support: np.ndarray, local: bool) -> Buckets:
-    """Cells about as many as nodes, or a single cell that lists them all (`local` false: no search)."""
+    """About as many cells as nodes, or a single one that lists them all (`local` false)."""
     dimension = nodes.shape[1]
     cells = np.ones(3, dtype=np.int64)
     if local:
@@ -147,6 +146,6 @@ def make_buckets(nodes: np.ndarray, support: np.ndarray, local: bool) -> Buckets
 
 
 def nearest_distances(nodes: np.ndarray) -> np.ndarray:
-    """Distance from each node to its nearest neighbour [m], shape (N,); the zeta_i of Wobbes 2020, Eq. 88."""
+    """Distance from each node to the nearest one [m], shape (N,): zeta_i of Wobbes 2020, Eq. 88."""
     distances, _ = cKDTree(nodes).query(nodes, k=2)
     return np.asarray(distances)[:, 1]

@@ -1,4 +1,4 @@
-"""Kernels of smoothed particle hydrodynamics, which move with the nodes and keep their size (Eulerian kernels).
+"""Kernels of smoothed particle hydrodynamics, which keep their size (Eulerian kernels).
 
 ``phi_i(x) = V_i W(|x - x_i|, h)`` with the cubic spline of Monaghan and Lattanzio (Li 2009, section
 2.1.1) and a volume V_i of one spacing a side: on irregular nodes and at boundaries the functions do
@@ -7,26 +7,28 @@ not even add up to one.
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from mpmbench.core.bases import BasisSettings, Promises, StoredBasis
-from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.bases import BasisSettings, Promises
+from mpmbench.core.bases.clouds.cloud import CloudBasis
+from mpmbench.core.bases.radial import cubic_spline
 from mpmbench.core.choices import Choices
+from mpmbench.core.compiled import inlined, kernel
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 
 REACH = 2.0  # radius of the support in smoothing lengths
-NORM = {1: 2.0 / 3.0, 2: 10.0 / (7.0 * math.pi), 3: 1.0 / math.pi}
+NORM = (1.0, 15.0 / (7.0 * math.pi), 1.5 / math.pi)  # of the kernel, by dimension
 
 
-@register("basis", "kernel")
+@register("basis", "sph_kernel")
 @dataclass(frozen=True)
-class Kernel(BasisSettings):
+class SmoothedKernel(BasisSettings):
     """Kernels of smoothed particle hydrodynamics, for method=sph only."""
 
     smoothing_length: float = setting(
@@ -44,64 +46,60 @@ class Kernel(BasisSettings):
         """Refuse Galerkin methods, whose functions must reproduce constants."""
         if not choices.particles_are_nodes:
             raise NotApplicable(
-                f"basis=kernel is for method=sph: it reproduces no constants, as method={choices.name} needs"
+                f"basis=sph_kernel is for method=sph: it reproduces no constants, as method="
+                f"{choices.name} needs"
             )
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> "KernelBasis":
+        """The basis on the nodes of `geometry`, with room for `particles` particles."""
         nodes = geometry.points
         spacing = geometry.nodal_spacing
-        return KernelBasis(nodes, particles, spacing, self.smoothing_length * spacing)
+        radius = REACH * self.smoothing_length * spacing
+        fill = partial(fill_points, radius, spacing**geometry.dimension)
+        return KernelBasis(nodes, particles, radius, 1, fill, self.promises)
 
 
-def cubic_spline(distance: np.ndarray, h: float, dimension: int) -> tuple[np.ndarray, np.ndarray]:
-    """W [1/m^dim] and W'(r) / r [1/m^(dim + 2)] at distances r [m]."""
-    q = distance / h
-    outer, inner = np.maximum(2.0 - q, 0.0), np.maximum(1.0 - q, 0.0)
-    scale = NORM[dimension] / h**dimension
-    slope = -0.75 * outer**2 + 3.0 * inner**2
-    return scale * (0.25 * outer**3 - inner**3), scale * slope / (
-        h * np.maximum(distance, 1e-12 * h)
-    )
+class KernelBasis(CloudBasis):
+    """Kernels on a set of nodes, whose radius is twice the smoothing length."""
 
 
-class KernelBasis(StoredBasis):
-    """Kernels on a set of nodes.
+@inlined
+def spline(square, radius, dim):  # type: ignore[no-untyped-def]
+    """W [1/m^dim] and W'(r) / r [1/m^(dim + 2)] from r^2 [m^2]; the support's radius is 2 h."""
+    value, slope = cubic_spline(min(square / (radius * radius), 1.0))
+    scale = NORM[dim - 1] / (radius / REACH) ** dim
+    return scale * value, scale * slope / (radius * radius)
 
-    Parameters
-    ----------
-    nodes : ndarray
-        Positions [m], shape (N, dim); copied.
-    particles : int
-    spacing, smoothing_length : float
-        Nodal spacing and h [m].
-    """
 
-    def __init__(
-        self, nodes: np.ndarray, particles: int, spacing: float, smoothing_length: float
-    ) -> None:
-        self.nodes = np.array(nodes, dtype=float)
-        self.spacing, self.smoothing_length = spacing, smoothing_length
-        self.handle = Stencils.empty(particles, 1, nodes.shape[1])
+@kernel
+def fill_points(radius, volume, clouds, points, strict, stored, failed):  # type: ignore[no-untyped-def]
+    """Values and gradients at some points, in the shape of `Fill`; no point fails."""
+    dim = clouds.x.shape[1]
+    for q in range(points.shape[0]):
+        p = points[q]
+        stored.size[p] = clouds.size[p]
+        for k in range(clouds.size[p]):
+            i = clouds.near[p, k]
+            square = 0.0
+            for d in range(dim):
+                square += (clouds.x[p, d] - clouds.nodes[i, d]) ** 2
+            value, slope = spline(square, radius, dim)
+            stored.index[p, k], stored.phi[p, k] = i, volume * value
+            for d in range(dim):
+                difference = clouds.x[p, d] - clouds.nodes[i, d]
+                stored.grad_phi[p, k, d] = volume * slope * difference
 
-    def _fill(self, x: np.ndarray, stored: Stencils) -> Stencils:
-        dimension = x.shape[1]
-        near = cKDTree(self.nodes).query_ball_point(
-            x, REACH * self.smoothing_length, return_sorted=True
-        )
-        width = max(map(len, near), default=0) + 1
-        if stored.width < width:
-            stored = Stencils.empty(len(x), width, dimension)
-        stored.size[:] = [len(found) for found in near]
-        for p, found in enumerate(near):
-            stored.index[p, : len(found)] = found
-        difference = x[:, None, :] - self.nodes[stored.index]
-        W, slope = cubic_spline(
-            np.linalg.norm(difference, axis=2), self.smoothing_length, dimension
-        )
-        used = np.arange(stored.index.shape[1]) < stored.size[:, None]
-        stored.phi[:] = self.spacing**dimension * W * used
-        stored.grad_phi[:] = (self.spacing**dimension * slope * used)[:, :, None] * difference
-        return stored
 
-    def move(self, displacement: np.ndarray) -> None:
-        self.nodes += displacement
+@kernel
+def pair_gradients(radius, x, i, j):  # type: ignore[no-untyped-def]
+    """Gradients of ``W_ij`` at x_i [1/m^(dim + 1)] for pairs of particles, shape (n, dim)."""
+    gradient = np.zeros((len(i), x.shape[1]))
+    for n in range(len(i)):
+        square = 0.0
+        for d in range(x.shape[1]):
+            gradient[n, d] = x[i[n], d] - x[j[n], d]
+            square += gradient[n, d] ** 2
+        _, slope = spline(square, radius, x.shape[1])
+        for d in range(x.shape[1]):
+            gradient[n, d] *= slope
+    return gradient

@@ -1,1 +1,1 @@
-"""Maximum-entropy functions on any set of nodes: priors, the solver for the multipliers, locality, and two bases."""
+"""Maximum-entropy functions on any set of nodes: priors, solver, locality, and two bases."""

@@ -8,9 +8,9 @@ from scipy.spatial import cKDTree
 from mpmbench.core.bases import Basis, Promises
 from mpmbench.core.bases.clouds.search import fill_buckets, make_buckets
 from mpmbench.core.bases.entropy.consistent import ConsistentGradients
-from mpmbench.core.bases.entropy.locality import Metric, clip, convect
+from mpmbench.core.bases.entropy.locality import Metric, NodeCloud, clip, convect, make_work
 from mpmbench.core.bases.entropy.points import count_steps, evaluate_range, widest
-from mpmbench.core.bases.entropy.priors import NodeCloud, make_work
+from mpmbench.core.bases.entropy.priors import Formulation
 from mpmbench.core.bases.entropy.solve import DONE, FLAT, OUTSIDE, STALLED, TOO_NARROW
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import threads
@@ -19,8 +19,9 @@ from mpmbench.core.geometry.hull import Hull
 from mpmbench.core.particles import Particles
 
 PROMISES = Promises(kronecker="hull", gradient_on_hull=False)
-LARGEST_GROWTH = 2.0  # of a search radius whose nodes do not surround their point
-GROWTH = 1.15
+# Of a search radius whose nodes do not surround their point.
+LARGEST_ENLARGEMENT = 2.0
+ENLARGEMENT = 1.15  # at each attempt
 
 
 class EntropyBasis(Basis):
@@ -35,20 +36,16 @@ class EntropyBasis(Basis):
     supports : callable
         Radii of the supports [m], shape (N,), of nodes at given positions; called again after each
         move.
-    prior : int
-        CUBIC_SPLINE, QUARTIC_SPLINE or GAUSSIAN of `entropy_nodes`.
-    rim_exponent : float
-        The Gaussian has fallen to exp(-rim_exponent) at the rim of its support.
-    spacing : float
-        Nodal spacing as a fraction of the radius of a support: what the tolerance of the residual
-        refers to.
-    tolerance : float
-        Largest ``|sum_i phi_i (x_i - x)|`` in nodal spacings.
+    form : Formulation
+        Prior and tolerances.
     local : bool
         Search in cells; otherwise every point looks at all nodes (same functions, same bits).
-    line_search : bool
-        Safeguard Newton's method.
-    max_iterations : int
+    locality : {"fixed", "volume", "convected"}
+        Plain distances, or those before a particle's change of volume, or before its deformation.
+    stretch_limit : float
+        Of the convected metric.
+    consistent : ConsistentGradients, optional
+        Correction of the gradients at the particles.
 
     Attributes
     ----------
@@ -63,14 +60,9 @@ class EntropyBasis(Basis):
         nodes: np.ndarray,
         particles: int,
         supports: Callable[[np.ndarray], np.ndarray],
+        form: Formulation,
         *,
-        prior: int,
-        rim_exponent: float,
-        spacing: float,
-        tolerance: float,
         local: bool = True,
-        line_search: bool = True,
-        max_iterations: int = 100,
         locality: str = "fixed",
         stretch_limit: float = np.inf,
         consistent: ConsistentGradients | None = None,
@@ -83,17 +75,11 @@ class EntropyBasis(Basis):
         dimension = self.nodes.shape[1]
         self.locality, self.stretch_limit, self.consistent = locality, stretch_limit, consistent
         self.cloud = NodeCloud(
-            axes=(0.0,) * dimension,
+            form=form,
             nodes=self.nodes,
             square=support**2,
             inverse_square=support**-2,
             buckets=make_buckets(self.nodes, support * (locality == "fixed"), local),
-            prior=prior,
-            rim_exponent=rim_exponent,
-            spacing=spacing,
-            tolerance=tolerance,
-            line_search=line_search,
-            max_iterations=max_iterations,
             metric=Metric.identity(particles if locality != "fixed" else 0, dimension),
         )
         self.handle = Stencils.empty(particles, 1, dimension)
@@ -105,9 +91,7 @@ class EntropyBasis(Basis):
     def follow(self, particles: Particles) -> None:
         """Take the metric from the deformation gradients of these particles from now on."""
         self._particles = particles
-        solid = (
-            particles.material
-        )  # tracers are not strained: theirs is that of the nearest particle
+        solid = particles.material  # tracers are not strained: theirs is the nearest one's
         self._nearest = np.asarray(cKDTree(particles.X[solid]).query(particles.X[solid.stop :])[1])
 
     def evaluate(self, x: np.ndarray) -> Stencils:
@@ -119,7 +103,7 @@ class EntropyBasis(Basis):
         return self._fill(self._cloud_at(x), x, stored, np.zeros(len(x), dtype=np.int64))
 
     def locate(self, x: np.ndarray) -> None:
-        """Store the functions of the particles in `handle`, which is a wider one when they no longer fit."""
+        """Store the functions of the particles in `handle`, a wider one when they no longer fit."""
         if self.locality != "fixed" and self._particles is not None:
             self._measure(self._particles.F, self.cloud.metric)
             for values in self.cloud.metric:
@@ -127,15 +111,14 @@ class EntropyBasis(Basis):
         self.handle = self._fill(self.cloud, x, self.handle, self.iterations)
         if self.consistent is not None and self._particles is not None:
             self.consistent.correct(self.nodes, x, self._particles.V, self.handle)
-        self.totals["points"] += len(x)
-        self.totals["steps"] += int(self.iterations.sum())
-        self.totals["most_steps"] = max(
-            self.totals["most_steps"], int(self.iterations.max(initial=0))
-        )
-        self.totals["enlarged"] += int(np.count_nonzero(self.cloud.metric.growth > 1.0))
+        totals = self.totals
+        totals["points"] += len(x)
+        totals["steps"] += int(self.iterations.sum())
+        totals["most_steps"] = max(totals["most_steps"], int(self.iterations.max(initial=0)))
+        totals["enlarged"] += int(np.count_nonzero(self.cloud.metric.growth > 1.0))
 
     def newton_steps(self, x: np.ndarray) -> np.ndarray:
-        """Number of Newton steps at each point until the residual meets the tolerance; -1 where they fail."""
+        """Newton steps at each point until the residual meets the tolerance; -1 where they fail."""
         steps = np.zeros(len(x), dtype=np.int64)
         cloud = self._cloud_at(x)
         count_steps(cloud, make_work(cloud), x, steps)
@@ -166,7 +149,7 @@ class EntropyBasis(Basis):
         }
 
     def first_outside(self, x: np.ndarray) -> int:
-        """Number of the first point outside the convex hull of the nodes, -1 when all are inside."""
+        """Number of the first point outside the hull of the nodes, -1 when all are inside."""
         if self._hull is None:
             self._hull = Hull(self.nodes)
         return self._hull.first_outside(x)
@@ -190,10 +173,9 @@ class EntropyBasis(Basis):
     def _measure(self, F: np.ndarray, metric: Metric) -> None:
         """Fill the metric of points with deformation gradients F."""
         if not np.isfinite(F).all():
-            raise BrokeDown(
-                f"the deformation of point {int(np.argmin(np.isfinite(F).all(axis=(1, 2))))} is not finite"
-            )
-        convect(self.cloud.axes, F, self.locality == "volume", metric)
+            point = int(np.argmin(np.isfinite(F).all(axis=(1, 2))))
+            raise BrokeDown(f"the deformation of point {point} is not finite")
+        convect(self.cloud.form.axes, F, self.locality == "volume", metric)
         if self.locality == "convected":
             clip(F, self.stretch_limit, metric)
 
@@ -211,36 +193,33 @@ class EntropyBasis(Basis):
     def _fill(
         self, cloud: NodeCloud, x: np.ndarray, stored: Stencils, iterations: np.ndarray
     ) -> Stencils:
-        arrays = stored.size, stored.index, stored.phi, stored.grad_phi
         ends = [(DONE, -1, 0)] * len(threads.chunks(len(x)))
 
         def part(c: int, start: int, stop: int) -> None:
             work = make_work(cloud)
-            ends[c] = evaluate_range(cloud, work, x, start, stop, *arrays, iterations)
+            ends[c] = evaluate_range(cloud, work, x, start, stop, stored, iterations)
             while ends[c][0] in (OUTSIDE, FLAT) and ends[c][1] < len(cloud.metric.growth):
                 p = ends[c][1]
-                cloud.metric.growth[p] *= GROWTH
-                if cloud.metric.growth[p] > LARGEST_GROWTH:
+                cloud.metric.growth[p] *= ENLARGEMENT
+                if cloud.metric.growth[p] > LARGEST_ENLARGEMENT:
                     return
-                ends[c] = evaluate_range(cloud, work, x, p, stop, *arrays, iterations)
+                ends[c] = evaluate_range(cloud, work, x, p, stop, stored, iterations)
 
         threads.run(part, len(x))
         failed = [end for end in ends if end[0] != DONE]
         if any(end[0] == TOO_NARROW for end in failed):
             # a little room to spare, because nodes that move change their neighbours
-            width = (
-                int(1.2 * max(*(end[2] for end in failed), widest(cloud, make_work(cloud), x))) + 1
-            )
-            return self._fill(
-                cloud, x, Stencils.empty(len(x), width, self.nodes.shape[1]), iterations
-            )
+            most = max(*(end[2] for end in failed), widest(cloud, make_work(cloud), x))
+            wider = Stencils.empty(len(x), int(1.2 * most) + 1, self.nodes.shape[1])
+            return self._fill(cloud, x, wider, iterations)
         if not failed:
             return stored
         status, p, found = failed[0]
         where = f"point {p} at {np.array2string(x[p], precision=6)}"
         if status == OUTSIDE:
             raise BrokeDown(
-                f"lost basis: {where} is outside the hull of the {found} nodes whose supports cover it"
+                f"lost basis: {where} is outside the hull of the {found} nodes whose supports "
+                "cover it"
             )
         if status == FLAT:
             raise BrokeDown(

@@ -1,4 +1,4 @@
-"""Gradients that integrate exactly: a correction with which meshfree functions pass the patch test on any cloud.
+"""Gradients that integrate exactly, with which meshfree functions pass the patch test.
 
 Particles at barycentres of an irregular cloud violate ``sum_p V_p grad phi_i(x_p) = integral of
 phi_i n dS``, which is zero for inner nodes: a constant stress then pushes nodes about. The smallest
@@ -41,14 +41,14 @@ class ConsistentGradients:
         else:
             simplices = triangulation(nodes, None)
         self.faces, self.opposite = boundary_faces(simplices)
-        self._mu, self._before = (
-            np.zeros_like(nodes),
-            np.zeros_like(nodes),
-        )  # the last two solutions
+        # the last two solutions
+        self._mu, self._before = np.zeros_like(nodes), np.zeros_like(nodes)
         self.iterations = 0
 
     def correct(self, nodes: np.ndarray, x: np.ndarray, V: np.ndarray, phi: Stencils) -> None:
-        """Change the gradients of particles at x, shape (P, dim), with volumes V [m^dim]; those without stay.
+        """Change the gradients of particles at x, shape (P, dim), with volumes V [m^dim].
+
+        Those of particles without volume stay.
 
         Raises
         ------
@@ -56,17 +56,16 @@ class ConsistentGradients:
         """
         flux = self._flux(nodes)  # over a boundary that encloses as much as the particles fill
         flux *= V.sum() * nodes.shape[1] / float(np.vdot(nodes, flux))
-        arrays = nodes, x, V, phi.size, phi.index, phi.phi
         total, scale = np.zeros_like(nodes), np.zeros(len(nodes))
-        gradient_sums(phi.axes, V, phi.size, phi.index, phi.grad_phi, total, scale)
+        gradient_sums(phi, V, total, scale)
         diagonal = np.zeros(len(nodes))
-        weights(V, phi.size, phi.index, phi.phi, diagonal)
+        weights(phi, V, diagonal)
         diagonal = np.where(diagonal > 0.0, 1.0 / np.maximum(diagonal, 1e-300), 0.0)[:, None]
         goal = TOLERANCE * float(scale.max())
 
         def product(mu: np.ndarray) -> np.ndarray:
             out = np.zeros_like(mu)
-            corrections(phi.axes, *arrays, mu, out, phi.grad_phi, False)
+            corrections(phi, nodes, x, V, mu, out, False)
             return out
 
         mu = 2.0 * self._mu - self._before
@@ -78,7 +77,7 @@ class ConsistentGradients:
         while np.abs(r).max() > goal:
             if self.iterations == MOST_ITERATIONS:
                 raise NotConverged(
-                    f"integration-consistent gradients: {MOST_ITERATIONS} iterations do not suffice"
+                    f"consistent gradients: {MOST_ITERATIONS} iterations do not suffice"
                 )
             self.iterations += 1
             As = product(s)
@@ -88,10 +87,10 @@ class ConsistentGradients:
             z = diagonal * r
             rz, previous = float(np.vdot(r, z)), rz
             s = z + rz / previous * s
-        corrections(phi.axes, *arrays, mu, total, phi.grad_phi, True)
+        corrections(phi, nodes, x, V, mu, total, True)
 
     def _flux(self, nodes: np.ndarray) -> np.ndarray:
-        """Integral of ``phi_i n`` over the boundary [m^(dim-1)], shape (N, dim), with linear functions on its faces."""
+        """Integral of ``phi_i n`` over the boundary [m^(dim-1)], shape (N, dim)."""
         dimension = nodes.shape[1]
         corners = nodes[self.faces]
         if dimension == 1:
@@ -110,7 +109,7 @@ class ConsistentGradients:
 
 
 def boundary_faces(simplices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Faces that belong to one simplex only, shape (B, dim), and the corner of that simplex opposite to each, (B,)."""
+    """Faces of one simplex only, shape (B, dim), and the corner of it opposite to each, (B,)."""
     corners = simplices.shape[1]
     faces = np.concatenate([np.delete(simplices, k, axis=1) for k in range(corners)])
     opposite = np.concatenate([simplices[:, k] for k in range(corners)])
@@ -122,40 +121,38 @@ def boundary_faces(simplices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @lean
-def gradient_sums(axes, V, size, index, grad_phi, total, scale):  # type: ignore[no-untyped-def]
+def gradient_sums(stored, V, total, scale):  # type: ignore[no-untyped-def]
     """``sum_p V_p grad phi_i`` and ``sum_p V_p |grad phi_i|``."""
     for p in range(V.shape[0]):
-        for k in range(size[p]):
-            square = 0.0
-            for d in range(len(axes)):
-                total[index[p, k], d] += V[p] * grad_phi[p, k, d]
-                square += grad_phi[p, k, d] ** 2
-            scale[index[p, k]] += V[p] * math.sqrt(square)
+        for k in range(stored.size[p]):
+            i, square = stored.index[p, k], 0.0
+            for d in range(len(stored.axes)):
+                total[i, d] += V[p] * stored.grad_phi[p, k, d]
+                square += stored.grad_phi[p, k, d] ** 2
+            scale[i] += V[p] * math.sqrt(square)
 
 
 @lean
-def weights(V, size, index, phi, total):  # type: ignore[no-untyped-def]
+def weights(stored, V, total):  # type: ignore[no-untyped-def]
     """``sum_p V_p phi_i (1 - phi_i)``: about the diagonal of the system."""
     for p in range(V.shape[0]):
-        for k in range(size[p]):
-            total[index[p, k]] += V[p] * phi[p, k] * (1.0 - phi[p, k])
+        for k in range(stored.size[p]):
+            phi = stored.phi[p, k]
+            total[stored.index[p, k]] += V[p] * phi * (1.0 - phi)
 
 
 @lean
-def corrections(axes, nodes, x, V, size, index, phi, mu, total, grad_phi, apply):  # type: ignore[no-untyped-def]
-    """Add ``phi_i (mu_i - m_p - b_p . y_i)`` with ``y_i = x_i - x_p`` to the gradients, or times V_p to `total`.
+def corrections(stored, nodes, x, V, mu, total, apply):  # type: ignore[no-untyped-def]
+    """Add ``phi_i (mu_i - m_p - b_p . y_i)`` to the gradients, or times V_p to `total`.
 
-    m and b are the fit of mu weighted with phi: ``m = sum phi mu``, ``b = (sum phi mu (x) y) (sum
-    phi y (x) y)^-1``, because ``sum phi y = 0``.
+    Here ``y_i = x_i - x_p``, and m and b are the fit of mu weighted with phi: ``m = sum phi mu``,
+    ``b = (sum phi mu (x) y) (sum phi y (x) y)^-1``, because ``sum phi y = 0``.
     """
+    axes, size, index, phi = stored.axes, stored.size, stored.index, stored.phi
     dim = len(axes)
     m, y = vector(axes), vector(axes)
-    moment, slope, H, inverse_H = (
-        matrix(axes, axes),
-        matrix(axes, axes),
-        matrix(axes, axes),
-        matrix(axes, axes),
-    )
+    moment, slope = matrix(axes, axes), matrix(axes, axes)
+    H, inverse_H = matrix(axes, axes), matrix(axes, axes)
     for p in range(V.shape[0]):
         if V[p] == 0.0:
             continue
@@ -188,6 +185,6 @@ def corrections(axes, nodes, x, V, size, index, phi, mu, total, grad_phi, apply)
                     change -= slope[d, e] * y[e]
                 change *= phi[p, k]
                 if apply:
-                    grad_phi[p, k, d] += change
+                    stored.grad_phi[p, k, d] += change
                 else:
                     total[i, d] += V[p] * change

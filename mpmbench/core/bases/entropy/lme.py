@@ -1,7 +1,8 @@
 """Local maximum-entropy functions with a Gaussian (Arroyo and Ortiz 2006; Li 2009, section 2.3)."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -10,14 +11,17 @@ from mpmbench.core.bases import BasisSettings, Promises
 from mpmbench.core.bases.clouds.cloud import CloudBasis
 from mpmbench.core.bases.entropy.basis import PROMISES, EntropyBasis
 from mpmbench.core.bases.entropy.consistent import ConsistentGradients
-from mpmbench.core.bases.entropy.priors import GAUSSIAN
-from mpmbench.core.bases.entropy.truncated import truncated_basis
+from mpmbench.core.bases.entropy.points import fill_points
+from mpmbench.core.bases.entropy.priors import CUT_GAUSSIAN, Formulation
+from mpmbench.core.bases.radial import GAUSSIAN
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import BadSetting, NotApplicable, require
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 
+# Values jump when a node enters or leaves a cloud whose Gaussian is cut off, by exp(-beta R^2).
+CUT_PROMISES = replace(PROMISES, continuous_gradient=False)
 SMALLEST_RADIUS = 2.5  # in nodal spacings: fewer nodes may fail to surround a point
 
 
@@ -108,10 +112,11 @@ class LocalMaxEnt(BasisSettings):
             require(self.gradient == "exact", "gradient", self.gradient, "exact, as rim is cut,")
 
     def check(self, choices: Choices, touches_fixed_nodes: bool) -> None:
-        """Refuse corrected gradients where the particles do not fill the space between the nodes."""
+        """Refuse corrected gradients where particles do not fill the space between nodes."""
         if self.gradient == "consistent" and not (choices.moving and not choices.frozen):
             raise NotApplicable(
-                "basis.gradient=consistent needs nodes that move with the material and updated shape functions"
+                "basis.gradient=consistent needs nodes that move with the material and updated "
+                "shape functions"
             )
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> EntropyBasis | CloudBasis:
@@ -122,18 +127,23 @@ class LocalMaxEnt(BasisSettings):
         if radius <= h:
             raise BadSetting("radius", self.radius, f"more than the nodal spacing of {h:.6g} m")
         nodes = geometry.points
+        form = Formulation(
+            axes=(0.0,) * geometry.dimension,
+            prior=CUT_GAUSSIAN if self.rim == "cut" else GAUSSIAN,
+            rim_exponent=self.gamma * (radius / h) ** 2,
+            spacing=h / radius,
+            tolerance=self.tolerance,
+            line_search=self.line_search,
+        )
         if self.rim == "cut":
-            return truncated_basis(nodes, particles, radius, self.gamma / h**2, self.tolerance)
+            fill = partial(fill_points, form, radius)
+            return CloudBasis(nodes, particles, radius, nodes.shape[1] + 1, fill, CUT_PROMISES)
         return EntropyBasis(
             nodes,
             particles,
             lambda moved: np.full(len(moved), radius),
-            prior=GAUSSIAN,
-            rim_exponent=self.gamma * (radius / h) ** 2,
-            spacing=h / radius,
-            tolerance=self.tolerance,
+            form,
             local=self.search == "local",
-            line_search=self.line_search,
             locality=self.locality,
             stretch_limit=self.stretch_limit,
             consistent=ConsistentGradients(geometry) if self.gradient == "consistent" else None,

@@ -1,23 +1,26 @@
-"""Locality that follows the deformation: every point measures distances in its own metric (Li 2009, section 2.2.3).
+"""Which nodes count at a point, and by which distance.
 
-With ``xi_i = S^-1 (x_i - x)`` the functions of a point are those of the undeformed configuration:
-nodes count when ``|xi_i| < R`` and weigh ``exp(-gamma |xi_i|^2 / h^2)``. S is the point's
-deformation gradient (`convected`) or the isotropic part of it (`volume`). Gradients take S as
-constant near the point.
+Either those whose supports cover the point, by plain distance; or, where locality follows the
+deformation, every point measures in a metric of its own (Li 2009, section 2.2.3). With ``xi_i =
+S^-1 (x_i - x)`` its functions are those of the undeformed configuration: nodes count when ``|xi_i|
+< R`` and weigh ``exp(-gamma |xi_i|^2 / h^2)``. S is the point's deformation gradient (`convected`)
+or the isotropic part of it (`volume`). Gradients take S as constant near the point.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from mpmbench.core.bases.clouds.search import cell_along
-from mpmbench.core.compiled import kernel, matrix
+from mpmbench.core.bases.clouds.search import Buckets, cell_along, cell_of
+from mpmbench.core.bases.entropy.priors import Formulation
+from mpmbench.core.compiled import kernel, lean, matrix
 from mpmbench.core.compiled.algebra import determinant, inverse
-from mpmbench.core.compiled.exponentials import LANES, lean
+from mpmbench.core.compiled.exponentials import whole_lanes
 
 
 class Metric(NamedTuple):
-    """What the search and the functions need of n points; without points the functions are those of plain distance.
+    """What search and functions need of n points; of none where distances are plain.
 
     Attributes
     ----------
@@ -44,9 +47,98 @@ class Metric(NamedTuple):
         )
 
 
+class NodeCloud(NamedTuple):
+    """Nodes and their supports.
+
+    Attributes
+    ----------
+    form : Formulation
+        The functions that they have.
+    nodes : ndarray
+        Positions [m], shape (N, dim).
+    square, inverse_square : ndarray
+        Squares of the radii of the supports d_i [m2] and one over them [1/m2], shape (N,).
+    buckets : Buckets
+        Which supports reach which cells.
+    metric : Metric
+        Of the points, where locality follows the deformation.
+    """
+
+    form: Formulation
+    nodes: np.ndarray
+    square: np.ndarray
+    inverse_square: np.ndarray
+    buckets: Buckets
+    metric: Metric
+
+
+class Work(NamedTuple):
+    """Working memory for one point; rows are padded with zeros to a multiple of LANES.
+
+    Attributes
+    ----------
+    offset, distance : ndarray
+        x_i - x and its square for all candidates, shapes (dim, K) and (K,).
+    number, inverse_square, rr, dx : ndarray
+        Node numbers, 1/d_i^2, (|x_i - x| / d_i)^2 and x_i - x of the nodes whose supports cover the
+        point.
+    w, g, e : ndarray
+        Priors, their slopes, and exp(-lambda . dx_i) of the same nodes, shape (K,).
+    """
+
+    offset: np.ndarray
+    distance: np.ndarray
+    number: np.ndarray
+    inverse_square: np.ndarray
+    rr: np.ndarray
+    dx: np.ndarray
+    w: np.ndarray
+    g: np.ndarray
+    e: np.ndarray
+
+
+@kernel
+def allocate(axes, most):  # type: ignore[no-untyped-def]
+    """Working memory for points with at most so many candidates."""
+    width = whole_lanes(most + 1)
+    return Work(
+        np.zeros((len(axes), width)),
+        np.zeros(width),
+        np.zeros(width, np.int64),
+        np.zeros(width),
+        np.zeros(width),
+        np.zeros((len(axes), width)),
+        np.zeros(width),
+        np.zeros(width),
+        np.zeros(width),
+    )
+
+
+@kernel
+def make_work(cloud):  # type: ignore[no-untyped-def]
+    """Room for the longest list of candidates; for all nodes where a search visits many cells."""
+    most = cloud.nodes.shape[0] if cloud.metric.growth.shape[0] > 0 else 1
+    first = cloud.buckets.first
+    for c in range(first.shape[0] - 1):
+        most = max(most, first[c + 1] - first[c])
+    return allocate(cloud.form.axes, most)
+
+
+@lean
+def pad(axes, found, work):  # type: ignore[no-untyped-def]
+    """Zeros behind the nodes that were found, up to whole lanes."""
+    for k in range(found, whole_lanes(found)):
+        work.inverse_square[k] = work.rr[k] = 0.0
+        for d in range(len(axes)):
+            work.dx[d, k] = 0.0
+
+
 @kernel
 def convect(axes, F, volume, metric):  # type: ignore[no-untyped-def]
-    """Fill `metric` from deformation gradients F, shape (n, dim, dim); with `volume` true S is ``J^(1/dim) I``."""
+    """Fill `metric` from deformation gradients F, shape (n, dim, dim).
+
+    With `volume` true S is ``J^(1/dim) I``.
+    """
     pull = matrix(axes, axes)
     for p in range(F.shape[0]):
         metric.growth[p] = 1.0
@@ -71,10 +163,8 @@ def clip(F: np.ndarray, limit: float, metric: Metric) -> None:
 
     ``|S^-1 dx|^2 = dx . B^-1 dx`` depends on ``B = S S^T`` only, so that S may be taken symmetric.
     """
-    norm, inverse_norm = (
-        np.sqrt(np.sum(F**2, axis=(1, 2))),
-        np.sqrt(np.sum(metric.pull**2, axis=(1, 2))),
-    )
+    norm = np.sqrt(np.sum(F**2, axis=(1, 2)))
+    inverse_norm = np.sqrt(np.sum(metric.pull**2, axis=(1, 2)))
     suspect = np.flatnonzero((norm > limit) | (inverse_norm > limit))
     if suspect.size == 0:
         return
@@ -85,12 +175,51 @@ def clip(F: np.ndarray, limit: float, metric: Metric) -> None:
 
 
 @lean
-def gather_near(cloud, x, p, row, radius, work):  # type: ignore[no-untyped-def]
-    """Number of nodes with ``|xi_i| < radius`` around point `p` of `x` in the metric `row`; their xi_i go to `work.dx`.
+def gather(cloud, x, p, row, work):  # type: ignore[no-untyped-def]
+    """Number of nodes that count at point `p` of `x`, and the radius of the largest support [m].
 
-    The cells hold each node once; those that the box around the ellipsoid touches are visited.
+    With a metric, that of its entry `row`, and ``xi_i = S^-1 (x_i - x)`` takes the place of ``x_i -
+    x``.
     """
-    dim = len(cloud.axes)
+    axes = cloud.form.axes
+    if cloud.metric.growth.shape[0] > 0:
+        radius = math.sqrt(cloud.square[0]) * cloud.metric.growth[row]
+        return gather_near(cloud, x, p, row, radius, work), radius
+    cell = cell_of(cloud.buckets, len(axes), x, p)
+    first = cloud.buckets.first[cell]
+    candidates = cloud.buckets.first[cell + 1] - first
+    entry = cloud.buckets.entry[first:]
+    for c in range(candidates):
+        square = 0.0
+        for d in range(len(axes)):
+            difference = cloud.nodes[entry[c], d] - x[p, d]
+            work.offset[d, c] = difference
+            square += difference * difference
+        work.distance[c] = square
+    found = 0
+    largest = 0.0
+    for c in range(candidates):  # no branches: each is written, the next overwrites what is out
+        i = entry[c]
+        work.number[found] = i
+        work.inverse_square[found] = cloud.inverse_square[i]
+        work.rr[found] = work.distance[c] * cloud.inverse_square[i]
+        for d in range(len(axes)):
+            work.dx[d, found] = work.offset[d, c]
+        covers = work.distance[c] < cloud.square[i]
+        largest = max(largest, cloud.square[i] if covers else 0.0)
+        found += covers
+    pad(axes, found, work)
+    return found, math.sqrt(largest)
+
+
+@lean
+def gather_near(cloud, x, p, row, radius, work):  # type: ignore[no-untyped-def]
+    """Number of nodes with ``|xi_i| < radius`` around point `p` of `x` in the metric `row`.
+
+    Their xi_i go to `work.dx`. The cells hold each node once; those that the box around
+    the ellipsoid touches are visited.
+    """
+    dim = len(cloud.form.axes)
     buckets, metric = cloud.buckets, cloud.metric
     low = (
         cell_along(buckets, 0, x[p, 0] - radius * metric.half[row, 0]),
@@ -120,17 +249,14 @@ def gather_near(cloud, x, p, row, radius, work):  # type: ignore[no-untyped-def]
                 work.inverse_square[found] = inverse_square
                 work.rr[found] = distance * inverse_square
                 found += distance < square
-    for k in range(found, (found + LANES - 1) // LANES * LANES):
-        work.inverse_square[k] = work.rr[k] = 0.0
-        for d in range(dim):
-            work.dx[d, k] = 0.0
+    pad(cloud.form.axes, found, work)
     return found
 
 
 @lean
 def push(cloud, row, found, grad_phi):  # type: ignore[no-untyped-def]
     """Gradients with respect to x from those with respect to xi: ``grad phi = S^-T dphi/dxi``."""
-    dim = len(cloud.axes)
+    dim = len(cloud.form.axes)
     pull = cloud.metric.pull
     for k in range(found):
         g_0 = grad_phi[row, k, 0]

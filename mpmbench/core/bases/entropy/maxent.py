@@ -1,4 +1,4 @@
-"""Maximum-entropy functions with a compactly supported prior (Wobbes 2020, section 6.1; Sukumar and Wright 2007)."""
+"""Maximum-entropy functions with priors on supports (Wobbes 2020, 6.1; Sukumar and Wright 2007)."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -8,15 +8,13 @@ import numpy as np
 from mpmbench.core.bases import BasisSettings, Promises
 from mpmbench.core.bases.clouds.search import nearest_distances
 from mpmbench.core.bases.entropy.basis import PROMISES, EntropyBasis
-from mpmbench.core.bases.entropy.priors import CUBIC_SPLINE, GAUSSIAN, QUARTIC_SPLINE
+from mpmbench.core.bases.entropy.priors import Formulation
+from mpmbench.core.bases.radial import WEIGHTS
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 
-PRIORS = {"cubic_spline": CUBIC_SPLINE, "quartic_spline": QUARTIC_SPLINE, "gaussian": GAUSSIAN}
-GAUSSIAN_RIM = (
-    6.25  # exp(-(r / 0.4)^2): the customary width for a Gaussian weight on a compact support
-)
+GAUSSIAN_RIM = 6.25  # exp(-(r / 0.4)^2): the customary width of a Gaussian on a compact support
 
 
 @register("basis", "maxent")
@@ -57,13 +55,12 @@ class MaxEnt(BasisSettings):
         def supports(nodes: np.ndarray) -> np.ndarray:
             return self.d_max * nearest_distances(nodes)
 
-        return EntropyBasis(
-            geometry.points,
-            particles,
-            supports,
-            prior=PRIORS[self.prior],
+        nodes = geometry.points
+        form = Formulation(
+            axes=(0.0,) * geometry.dimension,
+            prior=WEIGHTS[self.prior],
             rim_exponent=GAUSSIAN_RIM,
             spacing=1.0 / self.d_max,
             tolerance=self.tolerance,
-            local=self.search == "local",
         )
+        return EntropyBasis(nodes, particles, supports, form, local=self.search == "local")

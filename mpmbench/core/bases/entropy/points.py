@@ -1,9 +1,9 @@
-"""Maximum-entropy functions at one point after the other, inside the hull of the nodes and on it."""
+"""Maximum-entropy functions at one point after the other, inside the hull of nodes and on it."""
 
 import numpy as np
 
-from mpmbench.core.bases.entropy.locality import push
-from mpmbench.core.bases.entropy.priors import gather, weigh
+from mpmbench.core.bases.entropy.locality import allocate, gather, pad, push
+from mpmbench.core.bases.entropy.priors import weigh
 from mpmbench.core.bases.entropy.solve import (
     COUNTED_MOVE,
     DONE,
@@ -15,75 +15,92 @@ from mpmbench.core.bases.entropy.solve import (
     finish,
     newton,
 )
-from mpmbench.core.compiled.exponentials import lean, matrix, vector
+from mpmbench.core.compiled import kernel, lean, matrix, vector
 
-INWARDS = (
-    2.0**-23
-)  # how far, relative to the support, the gradient of a point on the hull is taken inside it
+# How far, relative to the support, the gradient of a point on the hull is taken inside it.
+INWARDS = 2.0**-23
+LARGEST_CONDITION = 1e6  # of the covariance of a cloud that needs no further node
+HULL_FLOOR = 1e-14  # for gradients in clouds on whose hull the point lies
 
 
 @lean
-def evaluate_inside(cloud, x, p, work, row, index, phi, grad_phi):  # type: ignore[no-untyped-def]
-    """Functions at point `p` of `x`, written to row `row`; returns status, number of functions or of steps, on_hull."""
+def surroundings(cloud, x, p, row, work):  # type: ignore[no-untyped-def]
+    """Find the nodes that count at a point, and weigh them; returns their number, and reach."""
     found, reach = gather(cloud, x, p, row, work)
+    growth = cloud.metric.growth[row] if cloud.metric.growth.shape[0] > 0 else 1.0
+    if found > 0:
+        weigh(cloud.form, found, growth, work)
+    return found, reach
+
+
+@lean
+def evaluate_inside(cloud, x, p, work, row, stored):  # type: ignore[no-untyped-def]
+    """Functions at point `p` of `x`, written to row `row`.
+
+    Returns
+    -------
+    status, found, steps, on_hull
+        What becomes of the point, the number of its functions and that of Newton's steps.
+    """
+    form = cloud.form
+    found, reach = surroundings(cloud, x, p, row, work)
     if found == 0:
         return OUTSIDE, 0, 0, False
-    if found > index.shape[1]:
+    if found > stored.index.shape[1]:
         return TOO_NARROW, found, 0, False
-    step = vector(cloud.axes)
-    weigh(cloud, found, row, work)
-    status, iterations, on_hull = newton(cloud, found, reach, LAST_MOVE, work, step)
+    step = vector(form.axes)
+    status, steps, on_hull = newton(form, found, reach, LAST_MOVE, work, step)
     if status != DONE or on_hull:
-        return status, found, iterations, on_hull
-    residual = finish(cloud.axes, found, work, step, row, index, phi, grad_phi)
-    if not residual <= cloud.tolerance * cloud.spacing * reach:
-        return STALLED, found, iterations, False
+        return status, found, steps, on_hull
+    residual, _ = finish(form.axes, found, work, step, 0.0, row, stored)
+    if not residual <= form.tolerance * form.spacing * reach:
+        return STALLED, found, steps, False
     if cloud.metric.growth.shape[0] > 0:
-        push(cloud, row, found, grad_phi)
-    return DONE, found, iterations, False
+        push(cloud, row, found, stored.grad_phi)
+    return DONE, found, steps, False
 
 
 @lean
-def evaluate_on_hull(cloud, x, p, found, work, row, index, phi, grad_phi):  # type: ignore[no-untyped-def]
+def evaluate_on_hull(cloud, x, p, found, work, row, stored):  # type: ignore[no-untyped-def]
     """The same for a point on the hull: values of the limit, and gradients from a little inside.
 
     On a face of the hull only the nodes of that face have non-zero functions, and lambda is
     infinite. The values there are within the tolerance; the gradient exists only as a limit, taken
     on the way to the middle of the support.
     """
-    inside = matrix((0.0,), cloud.axes)
+    form = cloud.form
+    inside = matrix((0.0,), form.axes)
     first = np.int64(0)  # for a literal 0 all that is called here would be compiled once more
-    for d in range(len(cloud.axes)):
+    for d in range(len(form.axes)):
         inside[0, d] = x[p, d]
     for k in range(found):
-        for d in range(len(cloud.axes)):
+        for d in range(len(form.axes)):
             inside[0, d] += INWARDS / found * (cloud.nodes[work.number[k], d] - x[p, d])
-    status, size, _, again = evaluate_inside(cloud, inside, first, work, row, index, phi, grad_phi)
+    status, size, _, again = evaluate_inside(cloud, inside, first, work, row, stored)
     if status != DONE or again:
         return (TOO_NARROW if status == TOO_NARROW else FLAT), max(size, found)
 
-    step = vector(cloud.axes)
-    found, reach = gather(cloud, x, p, row, work)
-    weigh(cloud, found, row, work)
-    newton(cloud, found, reach, LAST_MOVE, work, step)
+    step = vector(form.axes)
+    found, reach = surroundings(cloud, x, p, row, work)
+    newton(form, found, reach, LAST_MOVE, work, step)
     most = total = 0.0
     for k in range(found):
         work.w[k] *= work.e[k]
         most += work.w[k]
     for k in range(found):
-        work.w[k] = 0.0 if work.w[k] <= cloud.tolerance * most else work.w[k]
+        work.w[k] = 0.0 if work.w[k] <= form.tolerance * most else work.w[k]
         total += work.w[k]
     for k in range(size):
-        phi[row, k] = 0.0
+        stored.phi[row, k] = 0.0
         for near in range(found):
-            if work.number[near] == index[row, k]:
-                phi[row, k] = work.w[near] / total
+            if work.number[near] == stored.index[row, k]:
+                stored.phi[row, k] = work.w[near] / total
     return DONE, size
 
 
 @lean
-def evaluate_range(cloud, work, x, first, last, size, index, phi, grad_phi, iterations):  # type: ignore[no-untyped-def]
-    """Store the functions of points ``first <= p < last``; any split into ranges gives the same bits.
+def evaluate_range(cloud, work, x, first, last, stored, iterations):  # type: ignore[no-untyped-def]
+    """Store the functions of points ``first <= p < last``; any split gives the same bits.
 
     Returns
     -------
@@ -91,19 +108,19 @@ def evaluate_range(cloud, work, x, first, last, size, index, phi, grad_phi, iter
         DONE, or what became of the first point that failed, with the number of nodes around it.
     """
     for p in range(first, last):
-        status, found, steps, on_hull = evaluate_inside(cloud, x, p, work, p, index, phi, grad_phi)
+        status, found, steps, on_hull = evaluate_inside(cloud, x, p, work, p, stored)
         if status == DONE and on_hull:
-            status, found = evaluate_on_hull(cloud, x, p, found, work, p, index, phi, grad_phi)
+            status, found = evaluate_on_hull(cloud, x, p, found, work, p, stored)
         iterations[p] = steps
         if status != DONE:
             return status, p, found
-        size[p] = found
+        stored.size[p] = found
     return DONE, -1, 0
 
 
 @lean
 def widest(cloud, work, x):  # type: ignore[no-untyped-def]
-    """Largest number of nodes whose supports cover one of the points."""
+    """Largest number of nodes that count at one of the points."""
     most = 0
     for p in range(x.shape[0]):
         most = max(most, gather(cloud, x, p, p, work)[0])
@@ -112,13 +129,55 @@ def widest(cloud, work, x):  # type: ignore[no-untyped-def]
 
 @lean
 def count_steps(cloud, work, x, iterations):  # type: ignore[no-untyped-def]
-    """Newton steps at each point until the residual meets the tolerance, -1 where the iteration fails."""
-    step = vector(cloud.axes)
+    """Newton steps at each point until the residual meets the tolerance, -1 where they fail."""
+    step = vector(cloud.form.axes)
     for p in range(x.shape[0]):
         iterations[p] = -1
-        found, reach = gather(cloud, x, p, p, work)
+        found, reach = surroundings(cloud, x, p, p, work)
         if found > 0:
-            weigh(cloud, found, p, work)
-            status, steps, _ = newton(cloud, found, reach, COUNTED_MOVE, work, step)
+            status, steps, _ = newton(cloud.form, found, reach, COUNTED_MOVE, work, step)
             if status == DONE:
                 iterations[p] = steps
+
+
+@lean
+def evaluate_clouds(form, radius, clouds, points, strict, work, stored, failed):  # type: ignore[no-untyped-def]
+    """Functions of points whose nodes are given; `radius` [m] is what ``form.rim_exponent`` means.
+
+    A point on the hull of its cloud keeps the functions of the last step, whose residual is within
+    the tolerance.
+    """
+    axes = form.axes
+    step = vector(axes)
+    for q in range(points.shape[0]):
+        p = points[q]
+        found, reach = clouds.size[p], clouds.radius[p]
+        for k in range(found):
+            i = clouds.near[p, k]
+            square = 0.0
+            for d in range(len(axes)):
+                work.dx[d, k] = clouds.nodes[i, d] - clouds.x[p, d]
+                square += work.dx[d, k] * work.dx[d, k]
+            work.number[k], work.rr[k] = i, square / (reach * reach)
+        pad(axes, found, work)
+        weigh(form, found, reach / radius, work)
+        status, _, on_hull = newton(form, found, reach, LAST_MOVE, work, step)
+        failed[p] = True
+        if status != DONE:
+            continue
+        if on_hull:
+            for d in range(len(axes)):
+                step[d] = 0.0
+        residual, condition = finish(axes, found, work, step, HULL_FLOOR, p, stored)
+        stored.size[p] = found
+        failed[p] = not (
+            residual <= form.tolerance * form.spacing * reach
+            and (condition < LARGEST_CONDITION or not strict)
+        )
+
+
+@kernel
+def fill_points(form, radius, clouds, points, strict, stored, failed):  # type: ignore[no-untyped-def]
+    """The same, in the shape that `CloudBasis` asks for."""
+    work = allocate(form.axes, clouds.near.shape[1])
+    evaluate_clouds(form, radius, clouds, points, strict, work, stored, failed)

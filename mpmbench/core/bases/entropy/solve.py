@@ -1,4 +1,4 @@
-"""Maximum-entropy shape functions with a prior: the compiled part that `maxent` and `lme` share.
+"""The minimisation behind maximum-entropy functions: multipliers, values, gradients at a point.
 
 At a point x the functions are ``phi_i = w_i(x) exp(-lambda . dx_i) / Z`` with ``dx_i = x_i - x``
 and the multipliers lambda that minimise ``log Z`` (Wobbes 2020, Eqs. 79-86, Arroyo and Ortiz 2006).
@@ -10,47 +10,27 @@ import math
 
 import numpy as np
 
-from mpmbench.core.compiled.exponentials import LANES, exponentials, lean, matrix, vector
+from mpmbench.core.compiled import lean, matrix, vector
+from mpmbench.core.compiled.algebra import inverse, length, multiply
+from mpmbench.core.compiled.exponentials import exponentials, whole_lanes
 
 DONE, TOO_NARROW, OUTSIDE, FLAT, STALLED = 0, 1, 2, 3, 4  # what becomes of a point
 
-LAST_MOVE = 1e-5  # a Newton step (in exponents) below this, with its third-order correction, errs by its cube
+# Lengths of Newton steps, in exponents.
+LAST_MOVE = 1e-5  # with its third-order correction, a shorter step errs by its cube
 COUNTED_MOVE = 1e-7  # the same for a plain Newton step, which errs by its square
 SAFE_MOVE = 0.85  # a step with exponents in a range of twice this always lessens log Z
-FAR = 30.0  # exponents that Newton's method reaches only on its way to infinity, near the hull and beyond
-HULL_CONDITION = (
-    1e9  # inverse variance, in supports, of points closer than about 1e-9 h to the hull
-)
-
-
-@lean
-def inverse(axes, A, B):  # type: ignore[no-untyped-def]
-    """``B = A^-1`` of a symmetric matrix; returns the determinant."""
-    if len(axes) == 1:
-        determinant = A[0, 0]
-        B[0, 0] = 1.0 / determinant
-    elif len(axes) == 2:
-        determinant = A[0, 0] * A[1, 1] - A[1, 0] * A[1, 0]
-        scale = 1.0 / determinant
-        B[0, 0], B[1, 1], B[1, 0] = A[1, 1] * scale, A[0, 0] * scale, -A[1, 0] * scale
-        B[0, 1] = B[1, 0]
-    else:
-        a = A[1, 1] * A[2, 2] - A[2, 1] * A[2, 1]
-        b = A[2, 1] * A[2, 0] - A[1, 0] * A[2, 2]
-        c = A[1, 0] * A[2, 1] - A[1, 1] * A[2, 0]
-        determinant = A[0, 0] * a + A[1, 0] * b + A[2, 0] * c
-        scale = 1.0 / determinant
-        B[0, 0], B[1, 0], B[2, 0] = a * scale, b * scale, c * scale
-        B[1, 1] = (A[0, 0] * A[2, 2] - A[2, 0] * A[2, 0]) * scale
-        B[2, 1] = (A[1, 0] * A[2, 0] - A[0, 0] * A[2, 1]) * scale
-        B[2, 2] = (A[0, 0] * A[1, 1] - A[1, 0] * A[1, 0]) * scale
-        B[0, 1], B[0, 2], B[1, 2] = B[1, 0], B[2, 0], B[2, 1]
-    return determinant
+FAR = 30.0  # exponents that are reached only on the way to infinity, near the hull and beyond
+# Inverse variance, in supports, of points closer than about 1e-9 h to the hull.
+HULL_CONDITION = 1e9
 
 
 @lean
 def moments(axes, found, work, r, H):  # type: ignore[no-untyped-def]
-    """Z, the mean r of dx and its covariance H under w_i e_i: the slope of log Z in lambda is -r, its curvature H."""
+    """Z, and the mean r of dx and its covariance H under w_i e_i.
+
+    The slope of log Z in lambda is -r, its curvature H.
+    """
     Z = 0.0
     for d in range(len(axes)):
         r[d] = 0.0
@@ -86,17 +66,18 @@ def largest_exponent(axes, found, multiplier, work):  # type: ignore[no-untyped-
 
 
 @lean
-def length(axes, a):  # type: ignore[no-untyped-def]
-    """Length of a vector."""
-    square = 0.0
-    for d in range(len(axes)):
-        square += a[d] * a[d]
-    return math.sqrt(square)
+def tilt(axes, found, reach, multiplier, work, r, H):  # type: ignore[no-untyped-def]
+    """Fill e_i and the moments for these multipliers; returns Z and the logarithm that it lacks."""
+    shift = 0.0
+    if length(axes, multiplier) * reach > 300.0:  # else no exponential can overflow
+        shift = largest_exponent(axes, found, multiplier, work)
+    exponentials(axes, multiplier, work.dx, shift, work.e, whole_lanes(found))
+    return moments(axes, found, work, r, H), shift
 
 
 @lean
 def correct(axes, found, work, inverse_H, Z, third, step):  # type: ignore[no-untyped-def]
-    """Add to a Newton step half of ``H^-1 E[dx (step . dx)^2]``: Chebyshev's method, of third order."""
+    """Add half of ``H^-1 E[dx (step . dx)^2]`` to a step: Chebyshev's method, of third order."""
     for d in range(len(axes)):
         third[d] = 0.0
     for k in range(found):
@@ -112,57 +93,63 @@ def correct(axes, found, work, inverse_H, Z, third, step):  # type: ignore[no-un
 
 
 @lean
-def newton(cloud, found, reach, last_move, work, step):  # type: ignore[no-untyped-def]
+def take_safely(axes, found, reach, height, multiplier, step, work, r, H):  # type: ignore[no-untyped-def]
+    """Take a Newton step that may be too long, and shorten it where log Z does not fall enough.
+
+    The parabola through what is known tells by how much, but never to less than ``log(1 + n) / n``
+    of the whole, n the range of its exponents: that much always lessens log Z, because its third
+    derivative is at most n times its second. `height` is log Z at the start; returns what `tilt`
+    returns.
+    """
+    origin = vector(axes)
+    slope = 0.0
+    for d in range(len(axes)):
+        origin[d] = multiplier[d]
+        slope += step[d] * r[d]
+    low, high = np.inf, -np.inf
+    for k in range(found):
+        total = 0.0
+        for d in range(len(axes)):
+            total += step[d] * work.dx[d, k]
+        low, high = min(low, total), max(high, total)
+    surely = math.log(1.0 + (high - low)) / (high - low)
+    fraction = 1.0
+    while True:
+        for d in range(len(axes)):
+            multiplier[d] = origin[d] + fraction * step[d]
+        Z, shift = tilt(axes, found, reach, multiplier, work, r, H)
+        change = math.log(Z) + shift - height
+        if fraction <= surely or change <= -1e-4 * fraction * slope:
+            return Z, shift
+        lowest = 0.5 * fraction * fraction * slope / (change + fraction * slope)
+        fraction = max(surely, min(lowest, 0.5 * fraction) if lowest > 0.0 else 0.0)
+
+
+@lean
+def newton(form, found, reach, last_move, work, step):  # type: ignore[no-untyped-def]
     """Minimise log Z over the multipliers by Newton's method from lambda = 0.
 
-    Leaves e_i, and in `step` what a last step would still add to lambda. Steps that could be too
-    long are checked afterwards. Where log Z has not fallen enough, the parabola through what is
-    known tells a shorter one, but never shorter than ``log(1 + n) / n`` of the whole, n the range
-    of its exponents: that much always lessens log Z, because its third derivative is at most n
-    times its second.
+    Leaves e_i, and in `step` what a last step would still add to lambda.
 
     Returns
     -------
-    status, iterations, on_hull
+    status, steps, on_hull
         Number of steps until the residual met the tolerance (the last step is not counted); whether
         the point lies on the hull, where lambda is infinite and only the residual can converge.
     """
-    axes = cloud.axes
-    multiplier, origin, taken = vector(axes), vector(axes), vector(axes)
-    r = vector(axes)
+    axes = form.axes
+    multiplier, r = vector(axes), vector(axes)
     H, inverse_H = matrix(axes, axes), matrix(axes, axes)
-    smallest_residual = cloud.tolerance * cloud.spacing * reach
-    padded = (found + LANES - 1) // LANES * LANES
-    work.e[:found] = 1.0
+    goal = form.tolerance * form.spacing * reach
     for d in range(len(axes)):
         multiplier[d] = 0.0
-    on_trial = False
-    height = slope = spread = size = 0.0
-    fraction = 1.0
-    steps, counted = 0, -1
-    for iteration in range(cloud.max_iterations + 1):
-        shift = 0.0
+    work.e[:found] = 1.0
+    Z, shift = moments(axes, found, work, r, H), 0.0
+    size, counted = 0.0, -1
+    for steps in range(form.most_steps + 1):
         size = length(axes, multiplier) * reach
-        if size > 300.0:  # else no exponential can overflow
-            shift = largest_exponent(axes, found, multiplier, work)
-        if iteration > 0:
-            exponentials(axes, multiplier, work.dx, shift, work.e, padded)
-        Z = moments(axes, found, work, r, H)
-        if on_trial:
-            now = math.log(Z) + shift
-            if not now <= height - 1e-4 * fraction * slope:
-                surely = math.log(1.0 + spread) / spread
-                parabola = (
-                    0.5 * fraction * fraction * slope / (now - height + fraction * slope)
-                )  # where it is lowest
-                fraction = max(surely, min(parabola, 0.5 * fraction) if parabola > 0.0 else 0.0)
-                on_trial = fraction > surely
-                for d in range(len(axes)):
-                    multiplier[d] = origin[d] + fraction * taken[d]
-                continue
-            on_trial = False
         residual = length(axes, r)
-        if residual <= smallest_residual and counted < 0:
+        if residual <= goal and counted < 0:
             counted = steps
         determinant = inverse(axes, H, inverse_H)
         trace = 0.0
@@ -175,48 +162,54 @@ def newton(cloud, found, reach, last_move, work, step):  # type: ignore[no-untyp
         if move <= last_move and determinant > 0.0:
             correct(axes, found, work, inverse_H, Z, r, step)
             return DONE, (steps + 1 if counted < 0 else counted), False
-        if residual <= smallest_residual and not trace * reach * reach < HULL_CONDITION:
+        if residual <= goal and not trace * reach * reach < HULL_CONDITION:
             return DONE, counted, True
         if not (determinant > 0.0 and move < 1e300):
-            if not cloud.line_search:
+            if not form.line_search:
                 return STALLED, steps, False
             return (OUTSIDE if size > FAR else FLAT), steps, False
-        if cloud.line_search and move > SAFE_MOVE:
-            on_trial = True
-            fraction = 1.0
+        if form.line_search and move > SAFE_MOVE:
             height = math.log(Z) + shift
-            low, high = np.inf, -np.inf
-            slope = 0.0
+            Z, shift = take_safely(axes, found, reach, height, multiplier, step, work, r, H)
+        else:
             for d in range(len(axes)):
-                origin[d], taken[d] = multiplier[d], step[d]
-                slope += step[d] * r[d]
-            for k in range(found):
-                total = 0.0
-                for d in range(len(axes)):
-                    total += step[d] * work.dx[d, k]
-                low, high = min(low, total), max(high, total)
-            spread = high - low
-        steps += 1
-        for d in range(len(axes)):
-            multiplier[d] += step[d]
-    return (OUTSIDE if size > FAR else STALLED), steps, False
+                multiplier[d] += step[d]
+            Z, shift = tilt(axes, found, reach, multiplier, work, r, H)
+    return (OUTSIDE if size > FAR else STALLED), form.most_steps + 1, False
 
 
 @lean
-def finish(axes, found, work, step, row, index, phi, grad_phi):  # type: ignore[no-untyped-def]
-    """Take the last Newton step and write values and gradients to row `row` of `phi` and `grad_phi`.
+def divide(axes, B, H, floor, M):  # type: ignore[no-untyped-def]
+    """``M = B (H + floor tr(H) I)^-1``; returns the product of the traces of H and of the inverse."""
+    inverse_H = matrix(axes, axes)
+    trace, inverse_trace = 0.0, 0.0
+    for d in range(len(axes)):
+        trace += H[d, d]
+    for d in range(len(axes)):
+        H[d, d] += floor * trace
+    inverse(axes, H, inverse_H)
+    for d in range(len(axes)):
+        inverse_trace += inverse_H[d, d]
+    multiply(axes, B, inverse_H, M)
+    return trace * inverse_trace
+
+
+@lean
+def finish(axes, found, work, step, floor, row, stored):  # type: ignore[no-untyped-def]
+    """Take the last Newton step and write values and gradients to row `row` of `stored`.
 
     ``grad phi_i = phi_i (M dx_i + b) - psi_i dx_i`` with ``psi_i = g_i e_i / Z`` (which is phi_i
     grad w_i / w_i along -dx_i), ``b = sum_j psi_j dx_j`` and ``M = (I + sum_j psi_j dx_j (x) dx_j)
-    H^-1``: Wobbes 2020, Eqs. 84-86, with the signs corrected. Returns the residual.
+    H^-1``: Wobbes 2020, Eqs. 84-86, with the signs corrected. For points on the hull, where H is
+    singular, its diagonal is raised by `floor` times its trace.
+
+    Returns
+    -------
+    residual, condition
+        Length of ``sum_i phi_i dx_i`` [m]; traces of H and its inverse multiplied.
     """
     b, r = vector(axes), vector(axes)
-    H, inverse_H, B, M = (
-        matrix(axes, axes),
-        matrix(axes, axes),
-        matrix(axes, axes),
-        matrix(axes, axes),
-    )
+    H, B, M = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
     Z = 0.0
     for d in range(len(axes)):
         b[d] = r[d] = 0.0
@@ -244,22 +237,16 @@ def finish(axes, found, work, step, row, index, phi, grad_phi):  # type: ignore[
         for c in range(d + 1):
             H[d, c] *= scale
             B[d, c] *= scale
-            B[c, d] = B[d, c]
+            H[c, d], B[c, d] = H[d, c], B[d, c]
         B[d, d] += 1.0
-    inverse(axes, H, inverse_H)
-    for d in range(len(axes)):
-        for c in range(len(axes)):
-            total = 0.0
-            for a in range(len(axes)):
-                total += B[d, a] * inverse_H[a, c]
-            M[d, c] = total
+    condition = divide(axes, B, H, floor, M)
     for k in range(found):
         value, psi = work.w[k] * scale, work.g[k] * scale
-        phi[row, k] = value
-        index[row, k] = work.number[k]
+        stored.phi[row, k] = value
+        stored.index[row, k] = work.number[k]
         for d in range(len(axes)):
             total = b[d]
             for c in range(len(axes)):
                 total += M[d, c] * work.dx[c, k]
-            grad_phi[row, k, d] = value * total - psi * work.dx[d, k]
-    return length(axes, r)
+            stored.grad_phi[row, k, d] = value * total - psi * work.dx[d, k]
+    return length(axes, r), condition
