@@ -12,7 +12,7 @@ from scipy.sparse import csr_matrix
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import kernel
-from mpmbench.core.implicit.pattern import Pattern
+from mpmbench.core.matrix.pattern import Pattern
 
 
 @dataclass

@@ -8,8 +8,8 @@ from mpmbench.core.errors import NotConverged
 from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.constraints import add_augmentation
 from mpmbench.core.implicit.ghost import add_ghost
-from mpmbench.core.implicit.linear import block_product, factorise, product
 from mpmbench.core.implicit.workspace import Workspace
+from mpmbench.core.matrix.blocks import block_product, factorise, product
 from mpmbench.core.state import State
 
 STIFFENINGS = (

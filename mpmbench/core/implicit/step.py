@@ -7,8 +7,8 @@ from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.constraints import HeldPoints
 from mpmbench.core.implicit.ghost import ghost_of
-from mpmbench.core.implicit.pattern import build_pattern
 from mpmbench.core.implicit.workspace import Workspace
+from mpmbench.core.matrix.pattern import build_pattern
 from mpmbench.core.state import State
 
 

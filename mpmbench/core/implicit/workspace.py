@@ -7,8 +7,8 @@ import numpy as np
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.implicit.constraints import HeldPoints
 from mpmbench.core.implicit.ghost import GhostCells, GhostGrid, GhostSimplices
-from mpmbench.core.implicit.linear import Room
-from mpmbench.core.implicit.pattern import Pattern
+from mpmbench.core.matrix.blocks import Room
+from mpmbench.core.matrix.pattern import Pattern
 
 
 @dataclass

@@ -11,11 +11,11 @@ import xarray as xr
 from mpmbench import case
 from mpmbench.analysis.convergence import fitted_order
 from mpmbench.core.errors import NotApplicable, NotConverged
-from mpmbench.core.implicit import linear
 from mpmbench.core.implicit import newton as newton_iteration
 from mpmbench.core.implicit.newton import Equations, newton
 from mpmbench.core.implicit.step import prepare
 from mpmbench.core.loads import external_force
+from mpmbench.core.matrix import blocks
 from mpmbench.core.simulation import simulate
 from tests.core.support import compose
 
@@ -163,9 +163,9 @@ def test_other_solvers_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     w.room.take(1000, 1000)[:] = np.nan  # what was there before does not matter
     cholesky = equations.correction(du, residual)
     w.room.take(1000, 1000)[:] = np.nan
-    monkeypatch.setattr(linear, "_cholesky", lambda *_: None)
+    monkeypatch.setattr(blocks, "_cholesky", lambda *_: None)
     band = equations.correction(du, residual)
-    monkeypatch.setattr(linear, "WIDEST_BAND", 0)
+    monkeypatch.setattr(blocks, "WIDEST_BAND", 0)
     sparse = equations.correction(du, residual)
     assert np.abs(cholesky).max() > 0.1
     assert np.allclose(band, cholesky, rtol=1e-8, atol=1e-10)

@@ -9,7 +9,7 @@ from scipy.sparse.linalg import splu
 
 from mpmbench.core.compiled import kernel
 from mpmbench.core.errors import BrokeDown
-from mpmbench.core.implicit.pattern import Pattern
+from mpmbench.core.matrix.pattern import Pattern
 
 WIDEST_BAND = 600  # beyond this many entries beside the diagonal SuperLU's nested dissection wins
 
