@@ -9,7 +9,7 @@ from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.constraints import add_augmentation
 from mpmbench.core.implicit.ghost import add_ghost
 from mpmbench.core.implicit.workspace import Workspace
-from mpmbench.core.matrix.blocks import block_product, factorise, product
+from mpmbench.core.matrix.blocks import factorise, product, whole
 from mpmbench.core.state import State
 
 STIFFENINGS = (
@@ -133,17 +133,11 @@ class Equations:
 
     def correction(self, du: np.ndarray, residual: np.ndarray) -> np.ndarray:
         """``K^-1 r``, shape (N, dim); multipliers are brought up to date."""
-        solve = factorise(self.pattern, self.blocks, self.fixed, self.w.room)
+        solve = factorise(self.pattern, self.blocks, self.fixed, self.w.memory)
         left = self.left(du)
         right = residual[self.pattern.active].ravel()
         if left.any():
-            pattern = self.pattern
-            right = (
-                right
-                - block_product(
-                    pattern.start, pattern.column, self.blocks, pattern.lower, left
-                ).ravel()
-            )
+            right = right - whole(self.pattern, self.blocks) @ left.ravel()
         if self.w.held is not None:
             right = right - self.young_modulus * (self.G.T @ self.gap(du))
             change, response = solve(right), solve(self.G.T.toarray())

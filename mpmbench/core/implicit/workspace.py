@@ -7,7 +7,7 @@ import numpy as np
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.implicit.constraints import HeldPoints
 from mpmbench.core.implicit.ghost import GhostCells, GhostGrid, GhostSimplices
-from mpmbench.core.matrix.blocks import Room
+from mpmbench.core.matrix.blocks import BandMemory
 from mpmbench.core.matrix.pattern import Pattern
 
 
@@ -23,7 +23,7 @@ class Workspace:
         Deformation gradients, history and Kirchhoff stresses of the current iterate.
     held : HeldPoints or None
         Dirichlet conditions at points; without them, nodes are held directly.
-    room : Room
+    memory : BandMemory
         Memory of the factorised tangent.
     """
 
@@ -35,7 +35,7 @@ class Workspace:
     ghost_grid: GhostGrid | GhostSimplices | None = None
     ghost: GhostCells | None = None
     held: HeldPoints | None = None
-    room: Room = field(default_factory=Room)
+    memory: BandMemory = field(default_factory=BandMemory)
     pattern_of: tuple[np.ndarray, np.ndarray] = field(
         default_factory=lambda: (np.zeros(0), np.zeros(0))
     )

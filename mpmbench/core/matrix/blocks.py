@@ -1,10 +1,10 @@
-"""Direct solution of the linear systems: a band by LAPACK, or a sparse factorisation where the band is too wide."""
+"""Matrices in blocks of dim x dim: factors, as a band by LAPACK or sparse where the band is too wide, and products."""
 
 from collections.abc import Callable
 
 import numpy as np
 from scipy.linalg.lapack import dgbtrf, dgbtrs, dpbtrf, dpbtrs
-from scipy.sparse import csc_matrix
+from scipy.sparse import bsr_array, csr_array, diags_array
 from scipy.sparse.linalg import splu
 
 from mpmbench.core.compiled import kernel
@@ -16,7 +16,7 @@ WIDEST_BAND = 600  # beyond this many entries beside the diagonal SuperLU's nest
 Solve = Callable[[np.ndarray], np.ndarray]
 
 
-class Room:
+class BandMemory:
     """Memory for a band, which the next matrix takes again: fresh memory costs more than filling it."""
 
     def __init__(self) -> None:
@@ -30,7 +30,7 @@ class Room:
 
 
 def factorise(
-    pattern: Pattern, blocks: np.ndarray, fixed: np.ndarray, room: Room | None = None
+    pattern: Pattern, blocks: np.ndarray, fixed: np.ndarray, memory: BandMemory | None = None
 ) -> Solve:
     """Factorise the matrix without its fixed rows and columns.
 
@@ -41,7 +41,7 @@ def factorise(
         Shape (blocks, dim, dim).
     fixed : ndarray of bool
         Components that are known, shape (A, dim); their solution is zero.
-    room : Room, optional
+    memory : BandMemory, optional
         Where the factors are kept; the solver is good until the next matrix takes it.
 
     Returns
@@ -58,8 +58,8 @@ def factorise(
     left_out = np.ascontiguousarray(fixed.ravel())
     if pattern.band * blocks.shape[1] > WIDEST_BAND:
         return _sparse(pattern, blocks, left_out)
-    room = room or Room()
-    return _cholesky(pattern, blocks, left_out, room) or _band(pattern, blocks, left_out, room)
+    memory = memory or BandMemory()
+    return _cholesky(pattern, blocks, left_out, memory) or _band(pattern, blocks, left_out, memory)
 
 
 def _masked(solve: Solve, left_out: np.ndarray) -> Solve:
@@ -72,14 +72,14 @@ def _masked(solve: Solve, left_out: np.ndarray) -> Solve:
 
 
 def _cholesky(
-    pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray, room: Room
+    pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray, memory: BandMemory
 ) -> Solve | None:
     """Banded Cholesky; None when the matrix is not stored as symmetric or not positive definite."""
     if not pattern.lower:
         return None
     dim = blocks.shape[1]
     width = (pattern.band + 1) * dim - 1
-    band = room.take(len(left_out), width + 1)  # transposed: LAPACK's columns are contiguous
+    band = memory.take(len(left_out), width + 1)  # transposed: LAPACK's columns are contiguous
     fill_lower(pattern.start, pattern.column, blocks, left_out, band)
     factor, failed = dpbtrf(band.T, lower=1, overwrite_ab=1)
     if failed:
@@ -87,11 +87,11 @@ def _cholesky(
     return _masked(lambda rhs: dpbtrs(factor, rhs, lower=1)[0], left_out)
 
 
-def _band(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray, room: Room) -> Solve:
+def _band(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray, memory: BandMemory) -> Solve:
     """Banded LU with partial pivoting."""
     dim = blocks.shape[1]
     width = (pattern.band + 1) * dim - 1
-    band = room.take(len(left_out), 3 * width + 1)
+    band = memory.take(len(left_out), 3 * width + 1)
     fill_band(pattern.start, pattern.column, blocks, left_out, pattern.lower, width, band)
     factor, pivots, failed = dgbtrf(band.T, width, width, overwrite_ab=1)
     if failed:
@@ -100,32 +100,25 @@ def _band(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray, room: Room
 
 
 def _sparse(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray) -> Solve:
-    dim = blocks.shape[1]
-    i = (pattern.block_row[:, None, None] * dim + np.arange(dim)[:, None]) + np.zeros_like(
-        blocks, dtype=np.int64
-    )
-    j = (pattern.column[:, None, None] * dim + np.arange(dim)) + np.zeros_like(
-        blocks, dtype=np.int64
-    )
-    value = np.where(left_out[i] | left_out[j], 0.0, blocks)
-    rows, columns, values = i.ravel(), j.ravel(), value.ravel()
-    if pattern.lower:
-        above = np.repeat(pattern.block_row > pattern.column, dim * dim)
-        rows, columns = np.append(rows, j.ravel()[above]), np.append(columns, i.ravel()[above])
-        values = np.append(values, value.ravel()[above])
-    diagonal = np.flatnonzero(left_out)
-    n = len(left_out)
-    full = csc_matrix(
-        (
-            np.append(values, np.ones(len(diagonal))),
-            (np.append(rows, diagonal), np.append(columns, diagonal)),
-        ),
-        shape=(n, n),
-    )
+    """Sparse LU with fill-in reduced by reordering."""
+    kept = diags_array(np.where(left_out, 0.0, 1.0))
+    identity = diags_array(np.where(left_out, 1.0, 0.0))
     try:
-        return _masked(splu(full).solve, left_out)
+        return _masked(
+            splu((kept @ whole(pattern, blocks) @ kept + identity).tocsc()).solve, left_out
+        )
     except RuntimeError:
         raise BrokeDown("singular tangent matrix: a node is not held by enough particles") from None
+
+
+def whole(pattern: Pattern, blocks: np.ndarray) -> csr_array:
+    """All entries, shape (A dim, A dim), those above the diagonal too where only the lower half is stored."""
+    shape = 2 * (len(pattern.active) * blocks.shape[1],)
+    stored = bsr_array((blocks, pattern.column, pattern.start), shape=shape).tocsr()
+    if not pattern.lower:
+        return stored
+    below = np.where((pattern.block_row > pattern.column)[:, None, None], blocks, 0.0)
+    return stored + bsr_array((below, pattern.column, pattern.start), shape=shape).T.tocsr()
 
 
 def singular(pattern: Pattern, row: int, dim: int) -> str:
@@ -188,19 +181,4 @@ def product(start, column, blocks, lower, u):  # type: ignore[no-untyped-def]
                 out[r, d] += blocks[s] * u[c, d]
                 if lower and c < r:
                     out[c, d] += blocks[s] * u[r, d]
-    return out
-
-
-@kernel
-def block_product(start, column, blocks, lower, u):  # type: ignore[no-untyped-def]
-    """Matrix times nodal vectors: ``out_r = sum_c K_rc u_c``, shapes (blocks, dim, dim) and (A, dim)."""
-    out = np.zeros_like(u)
-    for r in range(start.shape[0] - 1):
-        for s in range(start[r], start[r + 1]):
-            c = column[s]
-            for a in range(u.shape[1]):
-                for b in range(u.shape[1]):
-                    out[r, a] += blocks[s, a, b] * u[c, b]
-                    if lower and c < r:
-                        out[c, b] += blocks[s, a, b] * u[r, a]
     return out

@@ -3,25 +3,19 @@
 from typing import Protocol
 
 import numpy as np
-from scipy.linalg import eigvals_banded
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import kernel
-from mpmbench.core.errors import BrokeDown
-from mpmbench.core.matrix.band import BandMass, assemble_band, bandwidth
-from mpmbench.core.matrix.mass_checks import seen_share
+from mpmbench.core.matrix.band import BandMass, assemble_band
+from mpmbench.core.matrix.mass_checks import refuse_too_few_particles, refuse_unseen_patterns
 from mpmbench.core.matrix.sparse import DirectMass, SparseMass
 from mpmbench.core.particles import Particles
 
 # Beyond this band conjugate gradients cost less than a banded factorisation in every step.
 WIDEST_BAND = 40
-# Of a mass matrix over its row sums; a zigzag that no particle sees has next to no mass.
-SMALLEST_EIGENVALUE = 0.03
 DIRECT_NODES = 40_000  # a constant matrix up to this size is factorised once
-# Of the mass of a pattern that particles see: at least a half where they are well spread.
-SMALLEST_SHARE = 0.05
 
 
 class Mass(Protocol):
@@ -66,64 +60,12 @@ def make_mass(choices: Choices, fixed: np.ndarray, basis: Basis, p: Particles) -
     basis.locate(p.x)
     if choices.moving and isinstance(basis.handle, Stencils):
         refuse_unseen_patterns(basis, p, fixed)
-    widest = bandwidth(basis.handle, p.x)
-    if widest <= WIDEST_BAND:
-        refuse_too_few_particles(basis, p, fixed, widest)
+    if assemble_band(basis.handle, p.x, p.m, np.zeros((len(fixed), 1))) <= WIDEST_BAND:
+        refuse_too_few_particles(basis, p, fixed)
         return BandMass(fixed, threshold)
     if basis.constant_values and len(basis.nodes) <= DIRECT_NODES:
         return DirectMass(fixed, threshold)
     return SparseMass(fixed, threshold)
-
-
-def refuse_too_few_particles(basis: Basis, p: Particles, fixed: np.ndarray, widest: int) -> None:
-    """Refuse fewer particles than nodes where a combination of nodal values is nearly zero at all of them.
-
-    Held end nodes alone make such a matrix regular; its smallest eigenvalue still falls with the
-    square of the spacing.
-
-    Raises
-    ------
-    BrokeDown
-    """
-    band = np.zeros((len(fixed), widest + 1))
-    assemble_band(basis.handle, p.x, p.m, band)
-    active = np.flatnonzero((band[:, 0] > 0.0) & ~fixed[:, 0])
-    nodes, particles = int(np.count_nonzero(band[:, 0] > 0.0)), len(p.x) - p.tracers
-    if particles >= nodes or len(active) == 0:
-        return
-    full = np.zeros((len(fixed), len(fixed)))
-    for k in range(widest + 1):
-        full[np.arange(k, len(fixed)), np.arange(len(fixed) - k)] = band[k:, k]
-    full += np.tril(full, -1).T
-    scale = 1.0 / np.sqrt(full.sum(axis=1)[active])
-    matrix = full[np.ix_(active, active)] * scale * scale[:, None]
-    lower = np.array(
-        [np.append(np.diag(matrix, -k), np.zeros(k)) for k in range(min(widest + 1, len(active)))]
-    )
-    smallest = float(eigvals_banded(lower, lower=True, select="i", select_range=(0, 0))[0])
-    if smallest < SMALLEST_EIGENVALUE:
-        raise BrokeDown(
-            f"singular consistent mass matrix: {nodes} nodes and only {particles} particles leave a zigzag of the "
-            f"nodes with {max(smallest, 0.0):.1e} of its mass; use more particles per cell, or lumped mass"
-        )
-
-
-def refuse_unseen_patterns(basis: Basis, p: Particles, fixed: np.ndarray) -> None:
-    """Refuse particles that a combination of nodal values escapes, however many there are (two or three dimensions).
-
-    Raises
-    ------
-    BrokeDown
-    """
-    if p.dimension == 1:
-        return
-    share = seen_share(basis, p, fixed)
-    if share < SMALLEST_SHARE:
-        raise BrokeDown(
-            f"singular consistent mass matrix: a pattern of the {len(basis.nodes)} nodes nearly vanishes at all "
-            f"{len(p.x) - p.tracers} particles, which see {share:.1e} of its mass; use more particles per cell, or "
-            "lumped mass"
-        )
 
 
 class LumpedMass:

@@ -1,20 +1,71 @@
-"""Patterns of nodal values that the particles hardly see: with them a consistent mass matrix is next to singular."""
+"""Combinations of nodal values that next to no particle sees: they make a consistent mass matrix singular."""
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.sparse import csr_matrix, diags_array
+from scipy.sparse import csr_array, csr_matrix, diags_array
 from scipy.sparse.linalg import eigsh
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.errors import BrokeDown
 from mpmbench.core.particles import Particles
 
+# Of a mass matrix over its row sums; a zigzag that no particle sees has next to no mass.
+SMALLEST_EIGENVALUE = 0.03
+# Of the mass of a pattern that particles see: at least a half where they are well spread.
+SMALLEST_SHARE = 0.05
 DENSE_NODES = 400  # up to these a dense eigenvalue problem costs next to nothing
 SHIFT = -1e-4  # below the spectrum of a mass matrix over its row sums
 
 
+def refuse_too_few_particles(basis: Basis, p: Particles, fixed: np.ndarray) -> None:
+    """Refuse fewer particles than nodes where a combination of nodal values nearly vanishes at all of them.
+
+    Held end nodes alone make such a matrix regular; its smallest eigenvalue still falls with the
+    square of the spacing.
+
+    Raises
+    ------
+    BrokeDown
+    """
+    particles = len(p.x) - p.tracers
+    if particles >= len(basis.nodes):
+        return
+    seen = _sparse(basis.evaluate(p.x[p.material]), len(basis.nodes))
+    nodes = len(np.unique(seen.nonzero()[1]))
+    active, _, matrix = scaled_mass(seen, p.m[p.material], fixed)
+    if particles >= nodes or len(active) == 0:
+        return
+    smallest, _ = lowest(matrix)
+    if smallest < SMALLEST_EIGENVALUE:
+        raise BrokeDown(
+            f"singular consistent mass matrix: {nodes} nodes and only {particles} particles leave "
+            f"a zigzag of the nodes with {max(smallest, 0.0):.1e} of its mass; use more particles "
+            "per cell, or lumped mass"
+        )
+
+
+def refuse_unseen_patterns(basis: Basis, p: Particles, fixed: np.ndarray) -> None:
+    """Refuse particles that a combination of nodal values escapes, however many there are.
+
+    Raises
+    ------
+    BrokeDown
+        In two or three dimensions only.
+    """
+    if p.dimension == 1:
+        return
+    share = seen_share(basis, p, fixed)
+    if share < SMALLEST_SHARE:
+        raise BrokeDown(
+            f"singular consistent mass matrix: a pattern of the {len(basis.nodes)} nodes nearly "
+            f"vanishes at all {len(p.x) - p.tracers} particles, which see {share:.1e} of its mass; "
+            "use more particles per cell, or lumped mass"
+        )
+
+
 def seen_share(basis: Basis, p: Particles, fixed: np.ndarray) -> float:
-    """Mass of the pattern that has least at the particles, over its mass halfway between them and their nearest nodes.
+    """Mass of the pattern that has least at the particles, over its mass halfway to their nearest nodes.
 
     About 1 or more where the particles are many and well spread. With one at the centre of each
     cell a zigzag of the nodes nearly vanishes at all of them, and only there.
@@ -30,19 +81,11 @@ def seen_share(basis: Basis, p: Particles, fixed: np.ndarray) -> float:
     x, m, nodes = p.x[p.material], p.m[p.material], basis.nodes
     stored = basis.evaluate(x)
     seen = _sparse(stored, len(nodes))
-    M = (seen.T @ diags_array(m) @ seen).tocsr()
-    row_sum = np.asarray(M.sum(axis=1)).ravel()
-    active = np.flatnonzero((row_sum > 0.0) & ~fixed.all(axis=1))
+    active, scale, matrix = scaled_mass(seen, m, fixed)
     if len(active) < 2:
         return 1.0
-    scale = 1.0 / np.sqrt(row_sum[active])
-    matrix = diags_array(scale) @ M[active][:, active] @ diags_array(scale)
-    if len(active) <= DENSE_NODES:
-        vector = eigh(matrix.toarray(), subset_by_index=(0, 0))[1][:, 0]
-    else:
-        vector = eigsh(matrix.tocsc(), k=1, sigma=SHIFT, v0=np.ones(len(active)))[1][:, 0]
     pattern = np.zeros(len(nodes))
-    pattern[active] = scale * vector
+    pattern[active] = scale * lowest(matrix)[1]
     phi = np.where(np.arange(stored.phi.shape[1]) < stored.size[:, None], stored.phi, -1.0)
     nearest = np.argsort(-phi, axis=1, kind="stable")[:, : x.shape[1] + 1]
     between = 0.0
@@ -51,6 +94,45 @@ def seen_share(basis: Basis, p: Particles, fixed: np.ndarray) -> float:
         values = _sparse(basis.evaluate(0.5 * (x + corner)), len(nodes)) @ pattern
         between += float(m @ values**2) / nearest.shape[1]
     return float(m @ (seen @ pattern) ** 2) / between
+
+
+def scaled_mass(
+    seen: csr_matrix, m: np.ndarray, fixed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, csr_array]:
+    """Free nodes with mass (A of them), and ``M_ij scale_i scale_j`` of them with row sums scaled to one.
+
+    Parameters
+    ----------
+    seen : csr_matrix
+        Values of the functions at the particles, shape (P, N).
+    m : ndarray
+        Masses of the particles [kg], shape (P,).
+    fixed : ndarray
+        Constrained components, shape (N, dim).
+
+    Returns
+    -------
+    active : ndarray of int
+        Shape (A,).
+    scale : ndarray
+        [kg^(-1/2)], shape (A,).
+    matrix : csr_array
+        Shape (A, A).
+    """
+    M = (seen.T @ diags_array(m) @ seen).tocsr()
+    row_sum = np.asarray(M.sum(axis=1)).ravel()
+    active = np.flatnonzero((row_sum > 0.0) & ~fixed.all(axis=1))
+    scale = 1.0 / np.sqrt(row_sum[active])
+    return active, scale, diags_array(scale) @ M[active][:, active] @ diags_array(scale)
+
+
+def lowest(matrix: csr_array) -> tuple[float, np.ndarray]:
+    """Smallest eigenvalue of a scaled mass matrix and its vector, shape (A,)."""
+    if matrix.shape[0] <= DENSE_NODES:
+        values, vectors = eigh(matrix.toarray(), subset_by_index=(0, 0))
+    else:
+        values, vectors = eigsh(matrix.tocsc(), k=1, sigma=SHIFT, v0=np.ones(matrix.shape[0]))
+    return float(values[0]), vectors[:, 0]
 
 
 def _sparse(stored: Stencils, nodes: int) -> csr_matrix:

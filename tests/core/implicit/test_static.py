@@ -160,9 +160,9 @@ def test_other_solvers_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     du = np.zeros_like(state.nodes.v)
     residual = equations.residual(du)
     assert residual is not None
-    w.room.take(1000, 1000)[:] = np.nan  # what was there before does not matter
+    w.memory.take(1000, 1000)[:] = np.nan  # what was there before does not matter
     cholesky = equations.correction(du, residual)
-    w.room.take(1000, 1000)[:] = np.nan
+    w.memory.take(1000, 1000)[:] = np.nan
     monkeypatch.setattr(blocks, "_cholesky", lambda *_: None)
     band = equations.correction(du, residual)
     monkeypatch.setattr(blocks, "WIDEST_BAND", 0)
