@@ -75,6 +75,20 @@ def implements(
     return decorate
 
 
+def fallback(stub: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Decorate a function as the version of `stub` for handles that have none of their own."""
+
+    def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
+        def choose(first, *rest):  # type: ignore[no-untyped-def]
+            handle = getattr(first, "instance_class", None)
+            return None if handle is None or has_version(stub, handle) else function
+
+        overload(stub, jit_options=INLINED, strict=False)(choose)
+        return function
+
+    return decorate
+
+
 generated: Any = intrinsic
 
 

@@ -2,27 +2,24 @@
 
 Row i holds ``values[i, :]`` in ``columns[i, :]``, ascending, its diagonal at ``diagonal[i]``;
 unused places hold 0. On tensor grids the place of a pair in its row depends only on the two
-functions, so assembly is plain arithmetic.
+functions, so assembly is plain arithmetic; elsewhere it is searched for.
 """
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_matrix
+from scipy.sparse import csc_matrix, csr_array, csr_matrix, eye_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.grid.spline import TensorGrid
 from mpmbench.core.bases.handle import Stencils, count, index, locate, scratch, value
-from mpmbench.core.compiled import implements, kernel, lean, vector
+from mpmbench.core.compiled import fallback, implements, kernel, vector
 from mpmbench.core.errors import BrokeDown
+from mpmbench.core.matrix.conjugate_gradients import conjugate_gradients, matrix_product
 from mpmbench.core.particles import Particles
-
-# Of the residual, relative to the right-hand side, in the norm of the preconditioner.
-TOLERANCE = 1e-13
-MOST_ITERATIONS = 2000
 
 
 def place(phi, columns, i, k, j, n):  # type: ignore[no-untyped-def]
-    """Place of column j in row i, where i and j are the k-th and n-th functions at a point; -1 if there is none."""
+    """Place of column j in row i, the k-th and n-th functions at a point; -1 if there is none."""
     raise NotImplementedError
 
 
@@ -38,8 +35,8 @@ def _place_on_grid(phi, columns, i, k, j, n):  # type: ignore[no-untyped-def]
     return where
 
 
-@implements(place, Stencils)
-def _place_in_cloud(phi, columns, i, k, j, n):  # type: ignore[no-untyped-def]
+@fallback(place)
+def _place_in_row(phi, columns, i, k, j, n):  # type: ignore[no-untyped-def]
     low, high = 0, columns.shape[1]
     while low < high:  # unused places repeat a column beyond all others
         middle = (low + high) // 2
@@ -72,112 +69,6 @@ def assemble_rows(phi, x, m, columns, values):  # type: ignore[no-untyped-def]
                     return False
                 values[i, where] += weight * phi_p[n]
     return True
-
-
-@lean
-def matrix_product(columns, values, a, out):  # type: ignore[no-untyped-def]
-    """``out = M a`` for each column of `a`, shape (N, dim)."""
-    for i in range(a.shape[0]):
-        for d in range(a.shape[1]):
-            out[i, d] = 0.0
-        for k in range(columns.shape[1]):
-            j = columns[i, k]
-            for d in range(a.shape[1]):
-                out[i, d] += values[i, k] * a[j, d]
-
-
-@lean
-def solve_lower(columns, values, diagonal, free, b, z):  # type: ignore[no-untyped-def]
-    """``z = (D + L)^-1 b`` on the free components, zero elsewhere; `z` may be `b`."""
-    n, dim = b.shape
-    for i in range(n):
-        inverse = 1.0 / values[i, diagonal[i]]
-        for d in range(dim):
-            total = b[i, d]
-            for k in range(diagonal[i]):
-                total -= values[i, k] * z[columns[i, k], d]
-            z[i, d] = total * inverse if free[i, d] else 0.0
-
-
-@lean
-def solve_upper(columns, values, diagonal, free, s, t, rest):  # type: ignore[no-untyped-def]
-    """``t = (D + U)^-1 s`` on the free components, zero elsewhere, and ``rest = s - D t``."""
-    n, dim = s.shape
-    for i in range(n - 1, -1, -1):
-        diagonal_i = values[i, diagonal[i]]
-        inverse = 1.0 / diagonal_i
-        for d in range(dim):
-            total = s[i, d]
-            # what the last row has given comes last
-            for k in range(columns.shape[1] - 1, diagonal[i], -1):
-                total -= values[i, k] * t[columns[i, k], d]
-            t[i, d] = total * inverse if free[i, d] else 0.0
-            rest[i, d] = s[i, d] - diagonal_i * t[i, d]
-
-
-@kernel
-def conjugate_gradients(columns, values, diagonal, free, rhs, out, r, t, w, s):  # type: ignore[no-untyped-def]
-    """Solve ``M out = rhs`` on the free components, given `out` on the others; each component iterates by itself.
-
-    The preconditioner is a symmetric Gauss-Seidel sweep, ``(D + L) D^-1 (D + U)``. Since its
-    factors sum up to ``M + D``, the product with M costs nothing beside the sweep (Eisenstat 1981):
-    for ``t = (D + U)^-1 s``, ``(D + L)^-1 M t = t + (D + L)^-1 (s - D t)``.
-
-    Returns the number of iterations, -1 when they do not converge or the matrix is not positive
-    definite.
-    """
-    n, dim = rhs.shape
-    for i in range(n):
-        for d in range(dim):
-            if free[i, d]:
-                out[i, d] = 0.0
-    matrix_product(columns, values, out, w)
-    for i in range(n):
-        for d in range(dim):
-            w[i, d] = rhs[i, d] - w[i, d]
-    solve_lower(columns, values, diagonal, free, w, r)
-    rr, alpha, beta = (
-        np.zeros(dim),
-        np.zeros(dim),
-        np.zeros(dim),
-    )  # rr = r D r: residual P^-1 residual
-    for i in range(n):
-        for d in range(dim):
-            s[i, d] = values[i, diagonal[i]] * r[i, d]
-            rr[d] += r[i, d] * s[i, d]
-    goal = TOLERANCE**2 * rr
-    for iteration in range(MOST_ITERATIONS):
-        if np.all(rr <= goal):
-            return iteration
-        solve_upper(columns, values, diagonal, free, s, t, w)
-        solve_lower(columns, values, diagonal, free, w, w)
-        alpha[:] = 0.0
-        for i in range(n):
-            for d in range(dim):
-                w[i, d] += t[i, d]
-                alpha[d] += s[i, d] * w[i, d]
-        for d in range(dim):
-            if rr[d] > goal[d]:
-                if not alpha[d] > 0.0:
-                    return -1
-                alpha[d] = rr[d] / alpha[d]
-            else:
-                alpha[d] = 0.0
-        beta[:] = 0.0
-        for i in range(n):
-            for d in range(dim):
-                if free[i, d]:
-                    out[i, d] += alpha[d] * t[i, d]
-                r[i, d] -= alpha[d] * w[i, d]
-                beta[d] += values[i, diagonal[i]] * r[i, d] * r[i, d]
-        for d in range(dim):
-            previous = rr[d]
-            rr[d] = beta[d]
-            beta[d] = rr[d] / previous if previous > 0.0 else 0.0
-        for i in range(n):
-            for d in range(dim):
-                s[i, d] = values[i, diagonal[i]] * r[i, d] + beta[d] * s[i, d]
-    return -1
 
 
 class SparseMass:
@@ -261,21 +152,17 @@ class DirectMass(SparseMass):
 def pattern(basis: Basis, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Columns of each row, shape (N, width), and the place of the diagonal, shape (N,).
 
-    On tensor grids all pairs within the degree, whether or not particles see them; on clouds the
-    pairs that particles see, which is made anew when a new pair appears.
+    On tensor grids all pairs within the degree, whether or not particles see them; with any other
+    handle the pairs that particles see, which is made anew when a new pair appears.
     """
-    n = len(basis.nodes)
-    if isinstance(basis.handle, TensorGrid):
-        return grid_pattern(basis.handle)
-    handle = basis.handle
-    rows = np.repeat(np.arange(len(x)), handle.index.shape[1])
-    valid = (np.arange(handle.index.shape[1]) < handle.size[:, None]).ravel()
-    incidence = csr_matrix(
-        (np.ones(valid.sum()), (rows[valid], handle.index.ravel()[valid])), shape=(len(x), n)
-    )
-    pairs = csr_matrix(
-        incidence.T @ incidence + csr_matrix((np.ones(n), (range(n), range(n))), shape=(n, n))
-    )
+    n, handle = len(basis.nodes), basis.handle
+    if isinstance(handle, TensorGrid):
+        return grid_pattern(handle)
+    stored = handle if isinstance(handle, Stencils) else basis.evaluate(x)
+    used = np.arange(stored.width) < stored.size[:, None]
+    first = np.concatenate([[0], np.cumsum(stored.size)])
+    seen = csr_array((np.ones(first[-1]), stored.index[used], first), shape=(len(x), n))
+    pairs = csr_array(seen.T @ seen + eye_array(n))
     pairs.sort_indices()
     length = np.diff(pairs.indptr)
     columns = np.full((n, int(length.max())), n - 1, dtype=np.int64)
