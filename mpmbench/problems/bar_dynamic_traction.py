@@ -15,8 +15,8 @@ from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box
 from mpmbench.core.materials import Material
-from mpmbench.core.materials.neo_hookean import NeoHookean
-from mpmbench.core.materials.small_strain_elastic import SmallStrainElastic
+from mpmbench.core.materials.elastic.neo_hookean import NeoHookean
+from mpmbench.core.materials.elastic.small_strain_elastic import SmallStrainElastic
 from mpmbench.core.particles import seed_cells
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting

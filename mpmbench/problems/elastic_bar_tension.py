@@ -16,7 +16,7 @@ from mpmbench.core.errors import Diverged, NotApplicable, require
 from mpmbench.core.geometry import Box, Cloud, Geometry
 from mpmbench.core.geometry.triangulate import irregular_line, nodal_volumes, seed_segments
 from mpmbench.core.materials import Material
-from mpmbench.core.materials.small_strain_elastic import SmallStrainElastic
+from mpmbench.core.materials.elastic.small_strain_elastic import SmallStrainElastic
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution

@@ -16,7 +16,7 @@ from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Box, Geometry
 from mpmbench.core.geometry.triangulate import irregular_line, nodal_volumes, seed_segments
 from mpmbench.core.materials import Material
-from mpmbench.core.materials.elastic_fluid import ElasticFluid
+from mpmbench.core.materials.elastic.elastic_fluid import ElasticFluid
 from mpmbench.core.particles import Particles
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting

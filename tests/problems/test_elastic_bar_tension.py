@@ -8,7 +8,7 @@ import xarray as xr
 
 from mpmbench.case import read, solve
 from mpmbench.core.errors import NotApplicable
-from mpmbench.core.materials.small_strain_elastic import SmallStrainElastic
+from mpmbench.core.materials.elastic.small_strain_elastic import SmallStrainElastic
 from mpmbench.problems.elastic_bar_tension import ElasticBarTension
 from tests.core.support import compose, run
 

@@ -14,7 +14,7 @@ from mpmbench.core.bases.grid.linear import Linear
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box, Cloud
 from mpmbench.core.loops.static import Static
-from mpmbench.core.materials.neo_hookean import NeoHookean
+from mpmbench.core.materials.elastic.neo_hookean import NeoHookean
 from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.simulation import Body, build_state, simulate
 from mpmbench.core.state import Loads

@@ -15,7 +15,7 @@ from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.core.geometry import Box
 from mpmbench.core.implicit import newton
 from mpmbench.core.loops.newmark import Newmark
-from mpmbench.core.materials.neo_hookean import NeoHookean
+from mpmbench.core.materials.elastic.neo_hookean import NeoHookean
 from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.simulation import Body, build_state, simulate
 from mpmbench.core.state import Loads, State

@@ -13,7 +13,7 @@ from mpmbench.core.implicit.newton import Equations
 from mpmbench.core.implicit.step import prepare
 from mpmbench.core.loads import external_force
 from mpmbench.core.materials import cauchy_stress, kirchhoff_stress
-from mpmbench.core.materials.mohr_coulomb import (
+from mpmbench.core.materials.plastic.mohr_coulomb import (
     APEX,
     COMPRESSION_EDGE,
     ELASTIC,

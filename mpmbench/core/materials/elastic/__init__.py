@@ -1,0 +1,1 @@
+"""Elastic laws: one file each."""

@@ -1,0 +1,1 @@
+"""Plastic laws: one file each."""
