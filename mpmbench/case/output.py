@@ -174,7 +174,7 @@ def _add_snapshots(
     }
     for name, (dims, values, unit) in computed.items():
         out[name] = (dims, values, {"units": unit, "long_name": name})
-    for name, (column, unit, text) in getattr(case.material, "outputs", {}).items():
+    for name, (column, unit, text) in case.material.outputs.items():
         values = np.array([shot["state"][keep, column] for shot in shots])
         out[name] = (("snapshot", "particle"), values, {"units": unit, "long_name": text})
     for name, declared in p.declared.items():

@@ -16,7 +16,8 @@ from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box, Cloud, Geometry
 from mpmbench.core.materials import Material
-from mpmbench.core.materials.plastic.mohr_coulomb import PLASTIC_STRAIN, MohrCoulomb
+from mpmbench.core.materials.plastic import PLASTIC_STRAIN
+from mpmbench.core.materials.plastic.mohr_coulomb import MohrCoulomb
 from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting

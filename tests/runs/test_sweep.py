@@ -151,7 +151,7 @@ def test_the_code_hash_follows_what_a_run_uses():
         "case/build.py",
         "core/transfer/__init__.py",
         "core/bases/grid/bspline.py",
-        "core/materials/neo_hookean.py",
+        "core/materials/elastic/neo_hookean.py",
     } <= set(files)
     assert {"core/bases/entropy/maxent.py", "cli.py", "runs/worker.py", "report/page.py"} & set(
         files

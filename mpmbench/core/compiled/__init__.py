@@ -47,11 +47,14 @@ def inlined(function: Callable[..., Any]) -> Any:
 
 
 _versions: set[tuple[str, type]] = set()
+_fallbacks: dict[str, list[Callable[..., Any] | None]] = {}
 
 
 def has_version(stub: Callable[..., Any], handle: type) -> bool:
-    """Whether some file implements `stub` for handles of this class."""
-    return (stub.__name__, handle) in _versions
+    """Whether some file implements `stub` for handles of this class, or something that it follows from."""
+    return (stub.__name__, handle) in _versions or any(
+        given is None or has_version(given, handle) for given in _fallbacks.get(stub.__name__, [])
+    )
 
 
 def implements(
@@ -75,15 +78,23 @@ def implements(
     return decorate
 
 
-def fallback(stub: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Decorate a function as the version of `stub` for handles that have none of their own."""
+def fallback(
+    stub: Callable[..., Any], given: Callable[..., Any] | None = None
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Decorate a function as the version of `stub` for handles that have none of their own.
+
+    With `given`, another stub, it serves the handles that have a version of that.
+    """
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
         def choose(first, *rest):  # type: ignore[no-untyped-def]
             handle = getattr(first, "instance_class", None)
-            return None if handle is None or has_version(stub, handle) else function
+            if handle is None or (stub.__name__, handle) in _versions:
+                return None
+            return function if given is None or has_version(given, handle) else None
 
         overload(stub, jit_options=INLINED, strict=False)(choose)
+        _fallbacks.setdefault(stub.__name__, []).append(given)
         return function
 
     return decorate

@@ -56,3 +56,14 @@ def multiply(axes, A, B, C):  # type: ignore[no-untyped-def]
             for k in range(len(axes)):
                 total += A[i, k] * B[k, j]
             C[i, j] = total
+
+
+@inlined
+def multiply_transposed(axes, A, B, C):  # type: ignore[no-untyped-def]
+    """``C = A B^T``; C must not be A or B."""
+    for i in range(len(axes)):
+        for j in range(len(axes)):
+            total = 0.0
+            for k in range(len(axes)):
+                total += A[i, k] * B[j, k]
+            C[i, j] = total

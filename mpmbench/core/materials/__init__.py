@@ -1,12 +1,18 @@
 """Constitutive laws: one file per law.
 
-A plug-in is a dataclass of its settings, registered with ``@register("material", name)``; its `law`
-is a NamedTuple of numbers for which the file implements `cauchy_stress` and `energy_density`.
+A plug-in is a dataclass of its settings, derived from `Material` and registered with
+``@register("material", name)``; its `law` is a NamedTuple of numbers for which the file implements
+`energy_density` and `cauchy_stress` or, for implicit methods, `kirchhoff_stress`. An elastic law
+may give `elastic.elastic_stress` and `elastic.elastic_moduli` instead of both stresses, a plastic
+one needs `plastic.return_map` and nothing else.
 """
 
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
+
+from mpmbench.core.particles import ParticleData
+from mpmbench.core.setting import Settings
 
 
 def cauchy_stress(
@@ -72,28 +78,43 @@ def energy_density(law: Any, axes: Any, F: np.ndarray, state: np.ndarray) -> flo
     raise NotImplementedError
 
 
-class Material(Protocol):
-    """The registered dataclass: its settings are the keys of the material.
+class Material(Settings):
+    """Base of the registered dataclasses, whose settings are the keys of the material.
 
-    It may have ``particle_data``, a dict of `ParticleData`, for arrays in ``particles.data``.
+    Attributes
+    ----------
+    density : float
+        Initial density [kg/m^3].
+    history : int
+        Number of history variables per particle.
+    outputs : dict
+        Columns of the history that results keep, by name: column, unit, what it is.
+    particle_data : dict of ParticleData
+        Further arrays per particle, which stand in ``particles.data``.
+    rate_dependent : bool
+        The stress depends on the velocity gradient, which is then kept per particle.
+    symmetric : bool
+        The Cauchy stress is symmetric and objective: angular momentum is conserved.
+    conserves_energy : bool
+        The work of the stress is stored.
+    symmetric_tangent : bool
+        The moduli have major symmetry.
     """
 
-    density: float  # kg/m^3
-    history: ClassVar[int]  # number of history variables per particle
-    rate_dependent: ClassVar[
-        bool
-    ]  # the stress depends on the velocity gradient, which is then kept per particle
-    symmetric: ClassVar[
-        bool
-    ]  # the Cauchy stress is symmetric and objective: angular momentum is conserved
-    conserves_energy: ClassVar[bool]  # the work of the stress is stored
-    symmetric_tangent: Any  # the moduli have major symmetry (bool)
+    density: float
+    history: ClassVar[int] = 0
+    outputs: ClassVar[dict[str, tuple[int, str, str]]] = {}
+    particle_data: ClassVar[dict[str, ParticleData]] = {}
+    rate_dependent: ClassVar[bool] = False
+    symmetric: ClassVar[bool] = True
+    conserves_energy: ClassVar[bool] = True
+    symmetric_tangent: ClassVar[bool] = True
 
     @property
     def law(self) -> Any:
         """The NamedTuple that kernels take."""
-        ...
+        raise NotImplementedError
 
     def lame_parameters(self) -> tuple[float, float]:
         """First Lame parameter and shear modulus [Pa] of the undeformed state; they bound the time step."""
-        ...
+        raise NotImplementedError

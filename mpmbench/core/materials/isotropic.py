@@ -1,9 +1,10 @@
 """The constants of isotropic elasticity, shared by the elastic laws."""
 
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import NamedTuple
 
-from mpmbench.core.setting import Settings, setting
+from mpmbench.core.materials import Material
+from mpmbench.core.setting import setting
 
 
 class Lame(NamedTuple):
@@ -14,7 +15,7 @@ class Lame(NamedTuple):
 
 
 @dataclass(frozen=True)
-class IsotropicElastic(Settings):
+class IsotropicElastic(Material):
     """Constants of an isotropic elastic law."""
 
     young_modulus: float = setting(
@@ -22,11 +23,6 @@ class IsotropicElastic(Settings):
     )
     poisson_ratio: float = setting(0.0, "nu", unit="-", above=-1.0, below=0.5)
     density: float = setting(1.0, "of the undeformed body", unit="kg/m3", above=0.0)
-    history: ClassVar[int] = 0
-    rate_dependent: ClassVar[bool] = False
-    symmetric: ClassVar[bool] = True
-    conserves_energy: ClassVar[bool] = True
-    symmetric_tangent: ClassVar[bool] = True
 
     def lame_parameters(self) -> tuple[float, float]:
         """First Lame parameter and shear modulus [Pa]."""

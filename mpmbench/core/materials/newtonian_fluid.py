@@ -12,9 +12,9 @@ import numpy as np
 
 from mpmbench.core.compiled import implements
 from mpmbench.core.compiled.algebra import determinant
-from mpmbench.core.materials import cauchy_stress, energy_density
+from mpmbench.core.materials import Material, cauchy_stress, energy_density
 from mpmbench.core.registry import register
-from mpmbench.core.setting import Settings, setting
+from mpmbench.core.setting import setting
 
 
 class NewtonianLaw(NamedTuple):
@@ -26,7 +26,7 @@ class NewtonianLaw(NamedTuple):
 
 @register("material", "newtonian_fluid")
 @dataclass(frozen=True)
-class NewtonianFluid(Settings):
+class NewtonianFluid(Material):
     """Compressible Newtonian fluid with p(J) = K (J - 1/J) / 2, Li 2009, Eqs. 4.6-4.16.
 
     Stokes' hypothesis: there is no bulk viscosity.
@@ -35,11 +35,8 @@ class NewtonianFluid(Settings):
     bulk_modulus: float = setting(1.0, "K of the undeformed fluid", unit="Pa", above=0.0)
     viscosity: float = setting(0.0025, "shear viscosity eta", unit="Pa s", least=0.0)
     density: float = setting(1.0, "of the undeformed body", unit="kg/m3", above=0.0)
-    history: ClassVar[int] = 0
     rate_dependent: ClassVar[bool] = True
-    symmetric: ClassVar[bool] = True
     conserves_energy: ClassVar[bool] = False
-    symmetric_tangent: ClassVar[bool] = True
 
     @property
     def law(self) -> NewtonianLaw:

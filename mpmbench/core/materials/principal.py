@@ -6,20 +6,25 @@ et al. (2006).
 
 import math
 
-from mpmbench.core.compiled import kernel
+from mpmbench.core.compiled import kernel, matrix
 
 THREE = (0.0, 0.0, 0.0)
-EQUAL = (
-    1e-7  # principal strains closer than this share their limit: the quotient has lost its digits
-)
+# Principal strains closer than this share their limit: the quotient has lost its digits.
+EQUAL = 1e-7
+
+
+@kernel
+def identity(out):  # type: ignore[no-untyped-def]
+    """``out = I``, shape (3, 3)."""
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = 1.0 if i == j else 0.0
 
 
 @kernel
 def embed(axes, A, out):  # type: ignore[no-untyped-def]
     """Copy a (dim, dim) deformation gradient into a 3 x 3 one in plane strain."""
-    for i in range(3):
-        for j in range(3):
-            out[i, j] = 1.0 if i == j else 0.0
+    identity(out)
     for i in range(len(axes)):
         for j in range(len(axes)):
             out[i, j] = A[i, j]
@@ -39,13 +44,11 @@ def congruence(A, B, out):  # type: ignore[no-untyped-def]
 
 @kernel
 def eigensystem(B, values, vectors):  # type: ignore[no-untyped-def]
-    """Eigenvalues of a symmetric 3 x 3 matrix, descending, and eigenvectors as columns, by Jacobi's method; B is lost.
+    """Eigenvalues of a symmetric 3 x 3 matrix, descending, and eigenvectors as columns; B is lost.
 
-    Small eigenvalues keep their relative precision, and a matrix that is diagonal costs nothing.
+    By Jacobi's method: small eigenvalues keep their relative precision, and a matrix that is diagonal costs nothing.
     """
-    for i in range(3):
-        for j in range(3):
-            vectors[i, j] = 1.0 if i == j else 0.0
+    identity(vectors)
     for _ in range(30):
         rest = abs(B[0, 1]) + abs(B[0, 2]) + abs(B[1, 2])
         if rest <= 1e-17 * (abs(B[0, 0]) + abs(B[1, 1]) + abs(B[2, 2])):
@@ -79,6 +82,26 @@ def eigensystem(B, values, vectors):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def logarithmic_strains(b, strain, vectors):  # type: ignore[no-untyped-def]
+    """Principal strains ``ln(b) / 2``, descending, and axes of a left Cauchy-Green tensor, which is lost."""
+    eigensystem(b, strain, vectors)
+    for a in range(3):
+        strain[a] = 0.5 * math.log(strain[a])
+
+
+@kernel
+def trial_state(axes, increment, b, strain, vectors):  # type: ignore[no-untyped-def]
+    """``b <- DF b DF^T``, and its principal strains and axes."""
+    full, work = matrix(THREE, THREE), matrix(THREE, THREE)
+    embed(axes, increment, full)
+    congruence(full, b, work)
+    for i in range(3):
+        for j in range(3):
+            b[i, j] = work[i, j]
+    logarithmic_strains(work, strain, vectors)
+
+
+@kernel
 def assemble(values, vectors, axes, out):  # type: ignore[no-untyped-def]
     """``sum_A values_A n_A (x) n_A``, the leading (dim, dim) part."""
     for i in range(len(axes)):
@@ -107,9 +130,7 @@ def spatial_moduli(axes, strain, tau, D, vectors, moduli):  # type: ignore[no-un
                 for j in range(dim):
                     moduli[i, c, j, d] = total if i == j else 0.0
     for a in range(3):
-        if (
-            dim < 3 and abs(vectors[2, a]) > 0.5
-        ):  # the axis out of the plane: nothing of it is left in the plane
+        if dim < 3 and abs(vectors[2, a]) > 0.5:  # of the axis out of the plane nothing is left
             continue
         for b in range(3):
             if dim < 3 and abs(vectors[2, b]) > 0.5:
@@ -127,22 +148,16 @@ def spatial_moduli(axes, strain, tau, D, vectors, moduli):  # type: ignore[no-un
                 for c in range(dim):
                     for j in range(dim):
                         for d in range(dim):
-                            value = (
-                                normal
-                                * vectors[i, a]
-                                * vectors[c, a]
-                                * vectors[j, b]
-                                * vectors[d, b]
-                            )
+                            value = normal * vectors[i, a] * vectors[c, a]
+                            value = value * vectors[j, b] * vectors[d, b]
                             pair = vectors[j, a] * vectors[d, b] + vectors[j, b] * vectors[d, a]
-                            moduli[i, c, j, d] += (
-                                value + shear * vectors[i, a] * vectors[c, b] * pair
-                            )
+                            value += shear * vectors[i, a] * vectors[c, b] * pair
+                            moduli[i, c, j, d] += value
 
 
 @kernel
-def elastic_moduli(lame, shear, D):  # type: ignore[no-untyped-def]
-    """Principal moduli of Hencky elasticity, shape (3, 3)."""
+def principal_moduli(lame, shear, D):  # type: ignore[no-untyped-def]
+    """``d tau_A / d strain_B`` of Hencky elasticity, shape (3, 3)."""
     for a in range(3):
         for b in range(3):
             D[a, b] = lame + (2.0 * shear if a == b else 0.0)

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mpmbench.core.compiled import implements
-from mpmbench.core.compiled.algebra import determinant
-from mpmbench.core.materials import cauchy_stress, energy_density, kirchhoff_stress
+from mpmbench.core.compiled.algebra import determinant, multiply_transposed
+from mpmbench.core.materials import energy_density
+from mpmbench.core.materials.elastic import elastic_moduli, elastic_stress, isotropic_moduli
 from mpmbench.core.materials.isotropic import IsotropicElastic, Lame
 from mpmbench.core.registry import register
 
@@ -28,43 +29,21 @@ class NeoHookean(IsotropicElastic):
         return NeoHookeanLaw(*self.lame_parameters())
 
 
-@implements(cauchy_stress, NeoHookeanLaw)
-def _stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
-    J = determinant(axes, F)
-    inverse_J = 1.0 / J
-    pressure_part = law.lame * np.log(J) * inverse_J - law.shear * inverse_J
+@implements(elastic_stress, NeoHookeanLaw)
+def _stress(law, axes, F, tau):  # type: ignore[no-untyped-def]
+    """``tau = lambda ln J I + mu (b - I)``."""
+    multiply_transposed(axes, F, F, tau)
+    volumetric = law.lame * np.log(determinant(axes, F))
     for i in range(len(axes)):
         for j in range(len(axes)):
-            b = 0.0
-            for k in range(len(axes)):
-                b += F[i, k] * F[j, k]
-            sigma[i, j] = law.shear * inverse_J * b + (pressure_part if i == j else 0.0)
+            tau[i, j] = law.shear * tau[i, j] + (volumetric - law.shear if i == j else 0.0)
 
 
-@implements(kirchhoff_stress, NeoHookeanLaw)
-def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignore[no-untyped-def]
-    """``tau = lambda ln J I + mu (b - I)`` and ``c = lambda I (x) I + 2 (mu - lambda ln J) I_sym``."""
-    dim = len(axes)
-    volumetric = law.lame * np.log(determinant(axes, F))
-    for i in range(dim):
-        for j in range(dim):
-            b = 0.0
-            for k in range(dim):
-                b += F[i, k] * F[j, k]
-            tau[i, j] = law.shear * b + (volumetric - law.shear if i == j else 0.0)
-    shear = law.shear - volumetric
-    for i in range(dim):
-        for c in range(dim):
-            for j in range(dim):
-                for d in range(dim):
-                    value = tau[c, d] if i == j else 0.0
-                    if i == c and j == d:
-                        value += law.lame
-                    if i == j and c == d:
-                        value += shear
-                    if i == d and c == j:
-                        value += shear
-                    moduli[i, c, j, d] = value
+@implements(elastic_moduli, NeoHookeanLaw)
+def _moduli(law, axes, F, tau, moduli):  # type: ignore[no-untyped-def]
+    """``c = lambda I (x) I + 2 (mu - lambda ln J) I_sym``."""
+    shear = law.shear - law.lame * np.log(determinant(axes, F))
+    isotropic_moduli(axes, law.lame, shear, tau, moduli)
 
 
 @implements(energy_density, NeoHookeanLaw)

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from mpmbench.core.compiled import implements, matrix
-from mpmbench.core.compiled.algebra import determinant
-from mpmbench.core.materials import cauchy_stress, energy_density, kirchhoff_stress
+from mpmbench.core.compiled.algebra import multiply_transposed
+from mpmbench.core.materials import energy_density
+from mpmbench.core.materials.elastic import elastic_moduli, elastic_stress
 from mpmbench.core.materials.isotropic import IsotropicElastic, Lame
 from mpmbench.core.registry import register
 
@@ -32,51 +33,32 @@ class SmallStrainElastic(IsotropicElastic):
         return SmallStrainLaw(*self.lame_parameters())
 
 
-@implements(cauchy_stress, SmallStrainLaw)
-def _stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
-    dim = len(axes)
+@implements(elastic_stress, SmallStrainLaw)
+def _stress(law, axes, F, tau):  # type: ignore[no-untyped-def]
+    """``tau = P F^T``, which is not symmetric."""
     P = matrix(axes, axes)
     trace = 0.0
-    for i in range(dim):
+    for i in range(len(axes)):
         trace += F[i, i] - 1.0
-    for i in range(dim):
-        for j in range(dim):
+    for i in range(len(axes)):
+        for j in range(len(axes)):
             P[i, j] = law.shear * (F[i, j] + F[j, i])
         P[i, i] += law.lame * trace - 2.0 * law.shear
-    inverse_J = 1.0 / determinant(axes, F)
-    for i in range(dim):
-        for j in range(dim):
-            total = 0.0
-            for k in range(dim):
-                total += P[i, k] * F[j, k]
-            sigma[i, j] = total * inverse_J
+    multiply_transposed(axes, P, F, tau)
 
 
-@implements(kirchhoff_stress, SmallStrainLaw)
-def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignore[no-untyped-def]
-    """``tau = P F^T``, which is not symmetric, and ``a_icjd = F_ck F_dn dP_ik/dF_jn`` with constant moduli of P."""
+@implements(elastic_moduli, SmallStrainLaw)
+def _moduli(law, axes, F, tau, moduli):  # type: ignore[no-untyped-def]
+    """``a_icjd = F_ck F_dn dP_ik/dF_jn`` with constant moduli of P."""
     dim = len(axes)
-    trace = 0.0
-    for i in range(dim):
-        trace += F[i, i] - 1.0
-    for i in range(dim):
-        for c in range(dim):
-            total = 0.0
-            for k in range(dim):
-                P = law.shear * (F[i, k] + F[k, i])
-                if i == k:
-                    P += law.lame * trace - 2.0 * law.shear
-                total += P * F[c, k]
-            tau[i, c] = total
+    b = matrix(axes, axes)
+    multiply_transposed(axes, F, F, b)
     for i in range(dim):
         for c in range(dim):
             for j in range(dim):
                 for d in range(dim):
                     value = law.lame * F[c, i] * F[d, j] + law.shear * F[c, j] * F[d, i]
-                    if i == j:
-                        for k in range(dim):
-                            value += law.shear * F[c, k] * F[d, k]
-                    moduli[i, c, j, d] = value
+                    moduli[i, c, j, d] = value + (law.shear * b[c, d] if i == j else 0.0)
 
 
 @implements(energy_density, SmallStrainLaw)

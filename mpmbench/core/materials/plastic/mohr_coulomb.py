@@ -9,37 +9,17 @@ because everything is linear in logarithmic strains.
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
-
-import numpy as np
+from typing import NamedTuple
 
 from mpmbench.core.compiled import implements, kernel, matrix, vector
-from mpmbench.core.compiled.algebra import determinant
 from mpmbench.core.errors import require
-from mpmbench.core.materials import cauchy_stress, energy_density, kirchhoff_stress
-from mpmbench.core.materials.isotropic import IsotropicElastic
-from mpmbench.core.materials.principal import (
-    THREE,
-    assemble,
-    congruence,
-    eigensystem,
-    elastic_moduli,
-    embed,
-    hencky_energy,
-    hencky_stress,
-    spatial_moduli,
-)
+from mpmbench.core.materials.plastic import Plastic, return_map
+from mpmbench.core.materials.principal import THREE, principal_moduli
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 
-ELASTIC, PLANE, COMPRESSION_EDGE, EXTENSION_EDGE, APEX = (
-    0,
-    1,
-    2,
-    3,
-    4,
-)  # where a trial stress returns to
-PLASTIC_STRAIN = 6  # column of the history; those before hold b_e - I as xx, yy, zz, xy, xz, yz
+# where a trial stress returns to
+ELASTIC, PLANE, COMPRESSION_EDGE, EXTENSION_EDGE, APEX = range(5)
 
 
 class MohrCoulombLaw(NamedTuple):
@@ -54,7 +34,7 @@ class MohrCoulombLaw(NamedTuple):
 
 @register("material", "mohr_coulomb")
 @dataclass(frozen=True)
-class MohrCoulomb(IsotropicElastic):
+class MohrCoulomb(Plastic):
     """Mohr-Coulomb plasticity at finite strain on Hencky elasticity, return in principal stresses."""
 
     young_modulus: float = 1.8e6
@@ -63,11 +43,6 @@ class MohrCoulomb(IsotropicElastic):
     cohesion: float = setting(5000.0, "c", unit="Pa", least=0.0)
     friction_angle: float = setting(25.0, "phi", unit="degrees", least=0.0, below=90.0)
     dilatancy_angle: float = setting(0.0, "psi, at most friction_angle", unit="degrees", least=0.0)
-    history: ClassVar[int] = 7
-    conserves_energy: ClassVar[bool] = False
-    outputs: ClassVar[dict[str, tuple[int, str, str]]] = {
-        "plastic_strain": (PLASTIC_STRAIN, "1", "equivalent plastic strain")
-    }
 
     def check_together(self) -> None:
         phi, psi = self.friction_angle, self.dilatancy_angle
@@ -91,14 +66,6 @@ class MohrCoulomb(IsotropicElastic):
             for angle in (self.friction_angle, self.dilatancy_angle)
         )
         return MohrCoulombLaw(*self.lame_parameters(), k, m, 2.0 * self.cohesion * math.sqrt(k))
-
-    def history_of_stress(self, tau: np.ndarray) -> np.ndarray:
-        """History of an undeformed state under normal Kirchhoff stresses tau_xx, tau_yy, tau_zz [Pa], shape (n, 3)."""
-        lame, shear = self.lame_parameters()
-        strain = np.linalg.solve(lame * np.ones((3, 3)) + 2.0 * shear * np.eye(3), tau.T).T
-        state = np.zeros((len(tau), self.history))
-        state[:, :3] = np.expm1(2.0 * strain)
-        return state
 
 
 @kernel
@@ -143,26 +110,13 @@ def _pull_back(D, A, B, count, excess, tau, moduli):  # type: ignore[no-untyped-
                     moduli[i, j] -= DB[i, p] * S[p, q] * AD[q, j]
 
 
-@kernel
-def return_map(law, trial, tau, moduli):  # type: ignore[no-untyped-def]
-    """Return principal trial stresses to the yield surface.
-
-    Parameters
-    ----------
-    trial : ndarray
-        Principal Kirchhoff stresses [Pa], descending, shape (3,).
-    tau, moduli : ndarray
-        Written: stresses and ``d tau / d trial strain`` [Pa], shapes (3,) and (3, 3).
-
-    Returns
-    -------
-    int
-        ELASTIC, PLANE, COMPRESSION_EDGE (tau_1 = tau_2), EXTENSION_EDGE (tau_2 = tau_3) or APEX.
-    """
+@implements(return_map, MohrCoulombLaw)
+def _return_map(law, trial, tau, moduli):  # type: ignore[no-untyped-def]
+    """ELASTIC, PLANE, COMPRESSION_EDGE (tau_1 = tau_2), EXTENSION_EDGE (tau_2 = tau_3) or APEX."""
     k, m = law.friction, law.dilatancy
     D = matrix(THREE, THREE)
     A, B, excess = matrix(THREE, (0.0, 0.0)), matrix(THREE, (0.0, 0.0)), vector((0.0, 0.0))
-    elastic_moduli(law.lame, law.shear, D)
+    principal_moduli(law.lame, law.shear, D)
     for i in range(3):
         tau[i] = trial[i]
         for j in range(3):
@@ -197,83 +151,3 @@ def return_map(law, trial, tau, moduli):  # type: ignore[no-untyped-def]
         for j in range(3):
             moduli[i, j] = 0.0
     return APEX
-
-
-@kernel
-def _update(law, axes, increment, old, state, strain, tau, vectors, moduli):  # type: ignore[no-untyped-def]
-    """Trial state, return and new history; principal trial strains, stresses, axes and moduli are written."""
-    full, b, trial_b = matrix(THREE, THREE), matrix(THREE, THREE), matrix(THREE, THREE)
-    trial = vector(THREE)
-    embed(axes, increment, full)
-    b[0, 0], b[1, 1], b[2, 2] = 1.0 + old[0], 1.0 + old[1], 1.0 + old[2]
-    b[0, 1], b[0, 2], b[1, 2] = old[3], old[4], old[5]
-    b[1, 0], b[2, 0], b[2, 1] = old[3], old[4], old[5]
-    congruence(full, b, trial_b)
-    for i in range(3):
-        for j in range(3):
-            b[i, j] = trial_b[i, j]
-    eigensystem(trial_b, strain, vectors)
-    for a in range(3):
-        strain[a] = 0.5 * math.log(strain[a])
-    hencky_stress(law.lame, law.shear, strain, trial)
-    plastic = old[PLASTIC_STRAIN]
-    if return_map(law, trial, tau, moduli) != ELASTIC:
-        bulk = law.lame + 2.0 / 3.0 * law.shear
-        mean = (tau[0] + tau[1] + tau[2]) / 3.0
-        square = 0.0
-        stretch = vector(THREE)
-        for a in range(3):
-            elastic = (tau[a] - mean) / (2.0 * law.shear) + mean / (3.0 * bulk)
-            square += (strain[a] - elastic) ** 2
-            stretch[a] = math.exp(2.0 * elastic)
-        plastic += math.sqrt(2.0 / 3.0 * square)
-        assemble(stretch, vectors, THREE, b)
-    state[0], state[1], state[2] = b[0, 0] - 1.0, b[1, 1] - 1.0, b[2, 2] - 1.0
-    state[3], state[4], state[5] = b[0, 1], b[0, 2], b[1, 2]
-    state[PLASTIC_STRAIN] = plastic
-
-
-@implements(kirchhoff_stress, MohrCoulombLaw)
-def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignore[no-untyped-def]
-    strain, principal, vectors, D = (
-        vector(THREE),
-        vector(THREE),
-        matrix(THREE, THREE),
-        matrix(THREE, THREE),
-    )
-    _update(law, axes, increment, old, state, strain, principal, vectors, D)
-    assemble(principal, vectors, axes, tau)
-    spatial_moduli(axes, strain, principal, D, vectors, moduli)
-
-
-@implements(cauchy_stress, MohrCoulombLaw)
-def _stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
-    """The explicit step: its increment is ``I + dt L``."""
-    strain, principal, vectors, D = (
-        vector(THREE),
-        vector(THREE),
-        matrix(THREE, THREE),
-        matrix(THREE, THREE),
-    )
-    increment = matrix(axes, axes)
-    for i in range(len(axes)):
-        for j in range(len(axes)):
-            increment[i, j] = dt * L[i, j] + (1.0 if i == j else 0.0)
-    _update(law, axes, increment, state, state, strain, principal, vectors, D)
-    inverse_J = 1.0 / determinant(axes, F)
-    for a in range(3):
-        principal[a] *= inverse_J
-    assemble(principal, vectors, axes, sigma)
-
-
-@implements(energy_density, MohrCoulombLaw)
-def _energy(law, axes, F, state):  # type: ignore[no-untyped-def]
-    """Elastic energy of b_e."""
-    b, strain, vectors = matrix(THREE, THREE), vector(THREE), matrix(THREE, THREE)
-    b[0, 0], b[1, 1], b[2, 2] = 1.0 + state[0], 1.0 + state[1], 1.0 + state[2]
-    b[0, 1], b[0, 2], b[1, 2] = state[3], state[4], state[5]
-    b[1, 0], b[2, 0], b[2, 1] = state[3], state[4], state[5]
-    eigensystem(b, strain, vectors)
-    for a in range(3):
-        strain[a] = 0.5 * math.log(strain[a])
-    return hencky_energy(law.lame, law.shear, strain)
