@@ -1,4 +1,4 @@
-"""What acts on a body from outside, for all time loops: body force, point loads and prescribed motion."""
+"""What acts on a body from outside: body force, point loads and prescribed motion."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ class Loads:
 
 
 def loaded_points(p: Particles, loads: int, treatment: str) -> np.ndarray:
-    """Rows of the points that carry the loads: the tracers, or the material particle nearest to each of them."""
+    """Rows of the points that carry the loads: tracers, or the particle nearest to each of them."""
     tracers = np.arange(len(p.x) - p.tracers, len(p.x))[:loads]
     if treatment == "end_point":
         return tracers
@@ -67,7 +67,7 @@ def body_force(s: "State", time: float) -> np.ndarray:
 
 
 def external_force(s: "State", phi: Any, time: float, force: np.ndarray) -> np.ndarray:
-    """Write ``f_i = sum_p m_p b_p phi_i + sum phi_i(x) t`` at `time` [s] to `force` [N], shape (N, dim).
+    """Write ``sum_p m_p b_p phi_i + sum phi_i(x) t`` at `time` [s] to `force` [N], shape (N, dim).
 
     `phi` is a handle that is valid for the particles; the dead load of the nodes comes on top.
     """
@@ -87,7 +87,7 @@ def external_force(s: "State", phi: Any, time: float, force: np.ndarray) -> np.n
 
 
 def constrain(s: "State", dt: float) -> None:
-    """Write the velocity of the coming step to the fixed components: positions are then exact at whole steps."""
+    """Write the mean velocity of the step to the fixed components, so that positions are exact."""
     change = s.loads.increment(s.initial_nodes, s.time, dt)
     s.nodes.v[s.fixed] = change[s.fixed] / dt
 

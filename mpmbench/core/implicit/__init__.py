@@ -1,4 +1,4 @@
-"""The updated-Lagrangian solver of Iaconeta et al. 2017: one residual and one tangent for FEM, implicit MPM and GMM.
+"""The updated-Lagrangian solver of Iaconeta et al. 2017, for FEM, implicit MPM and GMM alike.
 
 The methods differ only in where the shape functions of a step come from. During Newton's iteration
 the values N stay as they were at the start of the step, and the gradients are pushed forward by the

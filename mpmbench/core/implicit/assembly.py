@@ -1,4 +1,4 @@
-"""Sums over the particles of implicit methods: internal force, tangent and mass, and what goes back to the particles.
+"""Sums of implicit methods: internal force, tangent and mass, and what particles take back.
 
 Shapes as in `Stencils` and `Pattern`.
 """
@@ -209,7 +209,7 @@ def interpolate(phi, u, out):  # type: ignore[no-untyped-def]
 
 @kernel
 def commit(axes, V0, F_new, state_new, tau, F, state, V, sigma):  # type: ignore[no-untyped-def]
-    """Take over the converged state: F, history, ``V = J V_0`` and the Cauchy stress ``sigma = tau / J``."""
+    """Take over the converged state: F, history, ``V = J V_0`` and ``sigma = tau / J``."""
     for p in range(V0.shape[0]):
         if V0[p] == 0.0:
             continue

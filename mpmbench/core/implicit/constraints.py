@@ -1,4 +1,4 @@
-"""Dirichlet conditions at points, for functions that do not interpolate: ``sum_I N_I(x_d) u_I`` is prescribed.
+"""Dirichlet conditions at points: ``sum_I N_I(x_d) u_I`` is held where nodes do not interpolate.
 
 The points are the initial places of the fixed nodes; they move with the material along free
 components.
@@ -42,7 +42,7 @@ class HeldPoints:
 
     @classmethod
     def at_nodes(cls, basis: Basis, fixed: np.ndarray) -> "HeldPoints":
-        """Hold the points where nodes with constrained components, `fixed` of shape (N, dim), are now."""
+        """Hold the points where nodes with components in `fixed`, shape (N, dim), are now."""
         chosen = np.flatnonzero(fixed.any(axis=1))
         point, component = np.nonzero(fixed[chosen])
         x = basis.nodes[chosen].copy()

@@ -1,4 +1,4 @@
-"""Ghost stiffness: a faint elastic skeleton of the cells in use, which holds nodes that few particles see.
+"""Ghost stiffness: a faint elastic skeleton, which holds nodes that few particles see.
 
 ``eps E int grad N_I . grad N_J`` over the cells with particles acts on the increment of
 displacement; eps is the key ``method.ghost_stiffness``.

@@ -1,4 +1,4 @@
-"""Newton's iteration for one step: residual and tangent, line search, and what to do when it fails."""
+"""Newton's iteration for one step: residual, tangent, line search, and a stiffer second attempt."""
 
 from dataclasses import dataclass
 
@@ -12,18 +12,15 @@ from mpmbench.core.implicit.workspace import Workspace
 from mpmbench.core.matrix.blocks import factorise, product, whole
 from mpmbench.core.state import State
 
-STIFFENINGS = (
-    0.0,
-    0.1,
-    1.0,
-)  # what each attempt adds to the tangent at the start, in Young's moduli
+# What each attempt adds to the tangent at the start, in Young's moduli.
+STIFFENINGS = (0.0, 0.1, 1.0)
 MOST_ITERATIONS = 30
-PATIENCE = 8  # iterations without a smaller residual, after which an attempt is given up: it goes in circles
+PATIENCE = 8  # iterations without a smaller residual: then an attempt goes in circles
 SHORTEST_STEP = 2.0**-12  # a Newton step that must be shortened more than this leads nowhere
-SHORTEST_SEARCH = (
-    0.1  # below this fraction of a step, the line search takes the best that it has seen
-)
-GROWTH = 2.0  # from the second step on, the residual may grow by this factor; the first one may do as it likes
+# Below this fraction of a step, the line search takes the best that it has seen.
+SHORTEST_SEARCH = 0.1
+# From the second step on, the residual may grow by this factor; in the first one by any.
+GROWTH = 2.0
 
 
 @dataclass
@@ -89,9 +86,9 @@ class Equations:
         return held.u[held.point, held.component] + moved - self.wanted
 
     def residual(self, du: np.ndarray) -> np.ndarray | None:
-        """``f_ext - f_int - M a`` less the forces at held points, at all nodes [N]; None when a particle is inverted.
+        """``f_ext - f_int - M a`` less the forces at held points [N], shape (N, dim).
 
-        The tangent at the same increment is left in `blocks`.
+        None when a particle is inside out. The tangent at the same increment is left in `blocks`.
         """
         p, w, pattern = self.s.particles, self.w, self.pattern
         self.internal[:], self.blocks[:] = 0.0, 0.0
@@ -151,12 +148,12 @@ class Equations:
         return out
 
     def reference(self, du: np.ndarray, residual: np.ndarray) -> float:
-        """What residuals are compared with [N]: the external force, or the largest other one where there is none."""
+        """The force that residuals are compared with [N]: the external, or else the largest one."""
         external = float(np.linalg.norm(self.external))
         return external or max(self.size(du, residual), float(np.linalg.norm(self.internal))) or 1.0
 
     def size(self, du: np.ndarray, residual: np.ndarray) -> float:
-        """Norm of the residual without the reactions, and of the gaps of constraints times Young's modulus [N]."""
+        """Norm of the residual without reactions, and of gaps times Young's modulus [N]."""
         norm = float(np.linalg.norm(residual[self.pattern.active][~self.fixed]))
         norm = float(np.hypot(norm, self.young_modulus * np.linalg.norm(self.left(du))))
         if self.w.held is not None:
@@ -165,7 +162,7 @@ class Equations:
 
 
 def equilibrate(s: State, equations: Equations) -> tuple[np.ndarray, np.ndarray]:
-    """Newton's iteration from rest; returns the increment [m] and the residual [N], shapes (N, dim).
+    """Newton's iteration from rest: the increment [m] and the residual [N], shapes (N, dim).
 
     Where it fails it starts again with a stiffer tangent. Norms relative to the external force are
     recorded.
@@ -222,8 +219,8 @@ def newton(
             or iterations - int(np.argmin(norms[1:] or [0.0])) > PATIENCE
         ):
             raise NotConverged(
-                f"Newton's iteration: residual {norms[-1]:.2e} of the external force after {iterations} iterations; "
-                f"{s.choices.residual_tolerance:.1e} is wanted"
+                f"Newton's iteration: residual {norms[-1]:.2e} of the external force after "
+                f"{iterations} iterations; {s.choices.residual_tolerance:.1e} is wanted"
             )
         if stiffening:
             equations.stiffen(stiffening * min(1.0, norms[-1]))
@@ -238,7 +235,7 @@ def newton(
 def search_line(
     equations: Equations, du: np.ndarray, change: np.ndarray, allowed: float
 ) -> np.ndarray:
-    """Add as much of `change` to `du` as leaves the residual within `allowed` [N]; returns the residual there."""
+    """Add so much of `change` to `du` that the residual, which is returned, is `allowed` [N]."""
     fraction, best, best_size = 1.0, 0.0, np.inf
     start = du.copy()
     while True:

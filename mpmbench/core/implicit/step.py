@@ -1,4 +1,4 @@
-"""Before and after Newton's iteration: functions, pattern and loads, and what the particles take from the nodes."""
+"""Before and after Newton's iteration: functions and pattern, and what particles take over."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from mpmbench.core.state import State
 
 
 def prepare(s: State) -> Workspace:
-    """Find the shape functions at the start of the step, and the pattern of the matrix unless it has not changed."""
+    """Find the functions at the start of the step, and the pattern where it has changed."""
     p = s.particles
     s.basis.locate(p.x)
     w: Workspace | None = s.workspace
@@ -59,7 +59,7 @@ def _stacked(above: np.ndarray, below: np.ndarray) -> np.ndarray:
 
 
 def convect(s: State, w: Workspace, du: np.ndarray) -> np.ndarray:
-    """Particles take over the converged state and move; nodes follow where they belong to the material.
+    """Move the particles in the converged state, and the nodes that belong to the material.
 
     Returns
     -------
@@ -83,7 +83,7 @@ def convect(s: State, w: Workspace, du: np.ndarray) -> np.ndarray:
 
 
 def carry_tracers(s: State, w: Workspace, moved: np.ndarray) -> None:
-    """Tracers with a node outside the system follow the nearest particle and its deformation instead."""
+    """Let tracers with a node outside the system follow the deformation at the nearest particle."""
     p = s.particles
     assert w.pattern is not None
     for t in range(len(p.x) - p.tracers, len(p.x)):

@@ -116,5 +116,5 @@ class Material(Settings):
         raise NotImplementedError
 
     def lame_parameters(self) -> tuple[float, float]:
-        """First Lame parameter and shear modulus [Pa] of the undeformed state; they bound the time step."""
+        """First Lame parameter and shear modulus [Pa] at rest, which bound the time step."""
         raise NotImplementedError

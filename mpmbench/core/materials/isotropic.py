@@ -8,7 +8,7 @@ from mpmbench.core.setting import setting
 
 
 class Lame(NamedTuple):
-    """First Lame parameter and shear modulus [Pa]; each law derives its own class, on which kernels dispatch."""
+    """First Lame parameter and shear modulus [Pa]; each law derives a class of its own."""
 
     lame: float
     shear: float

@@ -1,4 +1,4 @@
-"""Isotropic laws in principal axes: logarithmic strains of b, and the spatial moduli of a stress given in them.
+"""Isotropic laws in principal axes: logarithmic strains, and spatial moduli of a stress.
 
 Matrices are 3 x 3 in every dimension; missing dimensions are in plane strain. Simo (1998), Clausen
 et al. (2006).
@@ -46,7 +46,8 @@ def congruence(A, B, out):  # type: ignore[no-untyped-def]
 def eigensystem(B, values, vectors):  # type: ignore[no-untyped-def]
     """Eigenvalues of a symmetric 3 x 3 matrix, descending, and eigenvectors as columns; B is lost.
 
-    By Jacobi's method: small eigenvalues keep their relative precision, and a matrix that is diagonal costs nothing.
+    By Jacobi's method: small eigenvalues keep their relative precision, and a matrix that is
+    diagonal costs nothing.
     """
     identity(vectors)
     for _ in range(30):
@@ -83,7 +84,7 @@ def eigensystem(B, values, vectors):  # type: ignore[no-untyped-def]
 
 @kernel
 def logarithmic_strains(b, strain, vectors):  # type: ignore[no-untyped-def]
-    """Principal strains ``ln(b) / 2``, descending, and axes of a left Cauchy-Green tensor, which is lost."""
+    """Principal strains ``ln(b) / 2``, descending, and axes of a tensor b, which is lost."""
     eigensystem(b, strain, vectors)
     for a in range(3):
         strain[a] = 0.5 * math.log(strain[a])
@@ -114,7 +115,7 @@ def assemble(values, vectors, axes, out):  # type: ignore[no-untyped-def]
 
 @kernel
 def spatial_moduli(axes, strain, tau, D, vectors, moduli):  # type: ignore[no-untyped-def]
-    """Moduli of `kirchhoff_stress` from principal ones, ``D_AB = d tau_A / d strain_B``, geometric part included.
+    """Moduli of `kirchhoff_stress` from principal ones, ``D_AB = d tau_A / d strain_B``.
 
     The shear terms ``(tau_A l_B^2 - tau_B l_A^2) / (l_A^2 - l_B^2)`` with stretches l = exp(strain)
     are written as ``(tau_A - tau_B) / g  g coth(g) / 2 - (tau_A + tau_B) / 2`` with ``g = strain_A

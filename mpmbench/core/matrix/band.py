@@ -1,4 +1,4 @@
-"""The consistent mass matrix as a band, by Cholesky's method: for one dimension and narrow grids."""
+"""The consistent mass matrix as a band, by Cholesky's method: for 1D and narrow grids."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ SINGULAR = 1e-13  # a pivot below this fraction of its diagonal entry is round-o
 
 
 class BandMass:
-    """``M_ij = sum_p m_p phi_i phi_j`` (Wobbes 2020, Eqs. 19, 48, 90) as a band (fulfils `Mass`)."""
+    """``M_ij = sum_p m_p phi_i phi_j`` (Wobbes 2020, Eqs. 19, 48, 90) as a band."""
 
     def __init__(self, fixed: np.ndarray, threshold: float) -> None:
         self.fixed, self.threshold = fixed, threshold

@@ -1,4 +1,4 @@
-"""Matrices in blocks of dim x dim: factors, as a band by LAPACK or sparse where the band is too wide, and products."""
+"""Matrices in blocks of dim x dim: products, and factors as a band or, beyond its width, sparse."""
 
 from collections.abc import Callable
 
@@ -17,7 +17,7 @@ Solve = Callable[[np.ndarray], np.ndarray]
 
 
 class BandMemory:
-    """Memory for a band, which the next matrix takes again: fresh memory costs more than filling it."""
+    """Memory for a band, for one matrix after another: fresh memory costs more than its use."""
 
     def __init__(self) -> None:
         self._values = np.empty(0)
@@ -112,7 +112,7 @@ def _sparse(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray) -> Solve
 
 
 def whole(pattern: Pattern, blocks: np.ndarray) -> csr_array:
-    """All entries, shape (A dim, A dim), those above the diagonal too where only the lower half is stored."""
+    """The whole matrix, shape (A dim, A dim), also where only its lower half is stored."""
     shape = 2 * (len(pattern.active) * blocks.shape[1],)
     stored = bsr_array((blocks, pattern.column, pattern.start), shape=shape).tocsr()
     if not pattern.lower:
@@ -124,14 +124,14 @@ def whole(pattern: Pattern, blocks: np.ndarray) -> csr_array:
 def singular(pattern: Pattern, row: int, dim: int) -> str:
     """What to tell the user about a pivot that is zero."""
     return (
-        f"singular tangent matrix at node {pattern.active[row // dim]}, component {row % dim}: too few particles hold "
-        "it (method.ghost_stiffness > 0 helps on grids)"
+        f"singular tangent matrix at node {pattern.active[row // dim]}, component {row % dim}: "
+        "too few particles hold it (method.ghost_stiffness > 0 helps on grids)"
     )
 
 
 @kernel
 def fill_lower(start, column, blocks, left_out, band):  # type: ignore[no-untyped-def]
-    """Lower band, transposed: ``band[j, i - j] = K_ij``; fixed rows and columns become those of the identity."""
+    """Lower band, transposed: ``band[j, i - j] = K_ij``; fixed rows are those of the identity."""
     dim = blocks.shape[1]
     band[:] = 0.0
     for r in range(start.shape[0] - 1):
@@ -172,7 +172,7 @@ def fill_band(start, column, blocks, left_out, lower, width, band):  # type: ign
 
 @kernel
 def product(start, column, blocks, lower, u):  # type: ignore[no-untyped-def]
-    """Scalar blocks times nodal vectors: ``out_r = sum_c M_rc u_c``, shapes (blocks,) and (A, dim)."""
+    """Scalar blocks times vectors: ``out_r = sum_c M_rc u_c``, shapes (blocks,) and (A, dim)."""
     out = np.zeros_like(u)
     for r in range(start.shape[0] - 1):
         for s in range(start[r], start[r + 1]):

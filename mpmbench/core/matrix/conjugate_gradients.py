@@ -1,4 +1,4 @@
-"""Conjugate gradients for a matrix in rows of equal width (see `sparse`), with a symmetric Gauss-Seidel sweep."""
+"""Conjugate gradients with a symmetric Gauss-Seidel sweep, for a matrix as in `sparse`."""
 
 import numpy as np
 
@@ -52,14 +52,14 @@ def solve_upper(columns, values, diagonal, free, s, t, rest):  # type: ignore[no
 
 @kernel
 def conjugate_gradients(columns, values, diagonal, free, rhs, out, r, t, w, s):  # type: ignore[no-untyped-def]
-    """Solve ``M out = rhs`` on the free components, given `out` on the others; each component iterates by itself.
+    """Solve ``M out = rhs`` on the free components, given `out` on the others.
 
-    The preconditioner is a symmetric Gauss-Seidel sweep, ``(D + L) D^-1 (D + U)``. Since its
-    factors sum up to ``M + D``, the product with M costs nothing beside the sweep (Eisenstat 1981):
-    for ``t = (D + U)^-1 s``, ``(D + L)^-1 M t = t + (D + L)^-1 (s - D t)``.
+    Each component iterates by itself; they share one pass over M. The preconditioner is a symmetric
+    Gauss-Seidel sweep, ``(D + L) D^-1 (D + U)``. Since its factors sum up to ``M + D``, the product
+    with M costs nothing beside the sweep (Eisenstat 1981): for ``t = (D + U)^-1 s``,
+    ``(D + L)^-1 M t = t + (D + L)^-1 (s - D t)``.
 
-    Returns the number of iterations, -1 when they do not converge or the matrix is not positive
-    definite.
+    Returns the number of iterations, -1 when they do not converge or M is not positive definite.
     """
     n, dim = rhs.shape
     for i in range(n):
@@ -71,11 +71,8 @@ def conjugate_gradients(columns, values, diagonal, free, rhs, out, r, t, w, s): 
         for d in range(dim):
             w[i, d] = rhs[i, d] - w[i, d]
     solve_lower(columns, values, diagonal, free, w, r)
-    rr, alpha, beta = (
-        np.zeros(dim),
-        np.zeros(dim),
-        np.zeros(dim),
-    )  # rr = r D r: residual P^-1 residual
+    rr = np.zeros(dim)  # r D r, which is residual P^-1 residual
+    alpha, beta = np.zeros(dim), np.zeros(dim)
     for i in range(n):
         for d in range(dim):
             s[i, d] = values[i, diagonal[i]] * r[i, d]

@@ -1,4 +1,4 @@
-"""The lumped mass matrix, and the choice of a solver for the consistent one. Constraints enter before a solve."""
+"""The lumped mass matrix, and the choice of a solver for the consistent one."""
 
 from typing import Protocol
 
@@ -47,7 +47,7 @@ class Mass(Protocol):
 
 
 def mass_threshold(p: Particles, cutoff: float) -> float:
-    """Nodal mass [kg] below which a degree of freedom is left out: `cutoff` masses of the first particle."""
+    """Nodal mass [kg] below which a node is left out: `cutoff` masses of the first particle."""
     return cutoff * float(p.m[0])
 
 
@@ -69,7 +69,7 @@ def make_mass(choices: Choices, fixed: np.ndarray, basis: Basis, p: Particles) -
 
 
 class LumpedMass:
-    """Row-sum lumped mass (Wobbes 2020, Eq. 17; fulfils `Mass`)."""
+    """Row-sum lumped mass (Wobbes 2020, Eq. 17)."""
 
     def __init__(self, fixed: np.ndarray, threshold: float) -> None:
         self.fixed, self.threshold = fixed, threshold

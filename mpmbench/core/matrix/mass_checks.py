@@ -1,4 +1,4 @@
-"""Combinations of nodal values that next to no particle sees: they make a consistent mass matrix singular."""
+"""Checks for nodal values that no particle sees: they make a consistent mass matrix singular."""
 
 import numpy as np
 from scipy.linalg import eigh
@@ -19,7 +19,7 @@ SHIFT = -1e-4  # below the spectrum of a mass matrix over its row sums
 
 
 def refuse_too_few_particles(basis: Basis, p: Particles, fixed: np.ndarray) -> None:
-    """Refuse fewer particles than nodes where a combination of nodal values nearly vanishes at all of them.
+    """Refuse fewer particles than nodes where nodal values nearly vanish at all of them.
 
     Held end nodes alone make such a matrix regular; its smallest eigenvalue still falls with the
     square of the spacing.
@@ -65,7 +65,7 @@ def refuse_unseen_patterns(basis: Basis, p: Particles, fixed: np.ndarray) -> Non
 
 
 def seen_share(basis: Basis, p: Particles, fixed: np.ndarray) -> float:
-    """Mass of the pattern that has least at the particles, over its mass halfway to their nearest nodes.
+    """Least mass of a pattern at the particles, over its mass halfway to their nearest nodes.
 
     About 1 or more where the particles are many and well spread. With one at the centre of each
     cell a zigzag of the nodes nearly vanishes at all of them, and only there.
@@ -99,7 +99,7 @@ def seen_share(basis: Basis, p: Particles, fixed: np.ndarray) -> float:
 def scaled_mass(
     seen: csr_matrix, m: np.ndarray, fixed: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, csr_array]:
-    """Free nodes with mass (A of them), and ``M_ij scale_i scale_j`` of them with row sums scaled to one.
+    """Free nodes with mass (A of them), and their ``M_ij scale_i scale_j``.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def scaled_mass(
     active : ndarray of int
         Shape (A,).
     scale : ndarray
-        [kg^(-1/2)], shape (A,).
+        One over the root of the row sums [kg^(-1/2)], shape (A,).
     matrix : csr_array
         Shape (A, A).
     """

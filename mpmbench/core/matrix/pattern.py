@@ -11,7 +11,7 @@ from mpmbench.core.compiled import kernel
 
 @dataclass(frozen=True)
 class Pattern:
-    """The active nodes (A of them) and the blocks of the matrix; fixed while particles keep their nodes.
+    """The active nodes (A of them) and the blocks of a matrix, while particles keep their nodes.
 
     Attributes
     ----------

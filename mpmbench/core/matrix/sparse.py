@@ -1,4 +1,4 @@
-"""The consistent mass matrix in rows of equal width, by conjugate gradients or (where it is constant) factorised once.
+"""The consistent mass matrix in rows of equal width, solved iteratively or factorised once.
 
 Row i holds ``values[i, :]`` in ``columns[i, :]``, ascending, its diagonal at ``diagonal[i]``;
 unused places hold 0. On tensor grids the place of a pair in its row depends only on the two
@@ -49,7 +49,7 @@ def _place_in_row(phi, columns, i, k, j, n):  # type: ignore[no-untyped-def]
 
 @kernel
 def assemble_rows(phi, x, m, columns, values):  # type: ignore[no-untyped-def]
-    """``values[i, place] = sum_p m_p phi_i phi_j``; returns False when a pair has no place in the pattern."""
+    """``values[i, place] = sum_p m_p phi_i phi_j``; returns False when a pair has no place."""
     work, grad_phi = scratch(phi), vector(phi.axes)
     values[:] = 0.0
     most = columns.shape[1]
@@ -72,7 +72,7 @@ def assemble_rows(phi, x, m, columns, values):  # type: ignore[no-untyped-def]
 
 
 class SparseMass:
-    """``M_ij = sum_p m_p phi_i phi_j`` (Wobbes 2020, Eqs. 19, 48, 90) by conjugate gradients (fulfils `Mass`)."""
+    """``M_ij = sum_p m_p phi_i phi_j`` (Wobbes 2020, Eqs. 19, 48, 90) by conjugate gradients."""
 
     def __init__(self, fixed: np.ndarray, threshold: float) -> None:
         self.fixed, self.threshold = fixed, threshold
@@ -113,7 +113,7 @@ class SparseMass:
 
 
 class DirectMass(SparseMass):
-    """A constant mass matrix (functions that do not change at the particles), factorised once per component."""
+    """A mass matrix of functions that do not change at the particles, factorised once."""
 
     def __init__(self, fixed: np.ndarray, threshold: float) -> None:
         super().__init__(fixed, threshold)
@@ -173,7 +173,7 @@ def pattern(basis: Basis, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def grid_pattern(grid: TensorGrid) -> tuple[np.ndarray, np.ndarray]:
-    """Neighbours within the degree along each axis; beyond the grid the row's own number, whose value stays 0."""
+    """Neighbours within the degree along each axis; beyond the grid the row itself, worth 0."""
     reach = np.arange(1 - len(grid.order), len(grid.order))
     n = int(np.prod(grid.shape))
     place = np.stack(np.unravel_index(np.arange(n), grid.shape), axis=1)

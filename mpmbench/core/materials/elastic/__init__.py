@@ -19,7 +19,7 @@ def elastic_stress(law: Any, axes: Any, F: np.ndarray, tau: np.ndarray) -> None:
 
 
 def elastic_moduli(law: Any, axes: Any, F: np.ndarray, tau: np.ndarray, moduli: np.ndarray) -> None:
-    """Write the moduli of `kirchhoff_stress` [Pa], shape (dim, dim, dim, dim), for the stress `tau` of F."""
+    """Write the moduli of `kirchhoff_stress` [Pa], shape (dim,) * 4, at F with the stress `tau`."""
     raise NotImplementedError
 
 

@@ -1,4 +1,4 @@
-"""Elastic without shear stiffness: ``sigma = K ln(J) I``, in 1D the bar ``P = E ln J`` of Li 2009, section 4.2.1.
+"""Elastic without shear stiffness: ``sigma = K ln(J) I``, in 1D ``P = E ln J`` (Li 2009, 4.2.1).
 
 Its tangent modulus ``dP/dJ = K / J`` falls with stretch: a bar of it shows the tensile instability
 early.

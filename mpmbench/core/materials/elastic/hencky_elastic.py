@@ -1,4 +1,4 @@
-"""Hencky elasticity: ``tau = lambda tr(e) I + 2 mu e`` with the logarithmic strain ``e = ln(b) / 2``."""
+"""Hencky elasticity: ``tau = lambda tr(e) I + 2 mu e`` with ``e = ln(b) / 2``."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Compressible neo-Hookean elasticity: ``sigma = (lambda ln J / J) I + (mu / J) (F F^T - I)`` (Wobbes 2020, Eq. 11)."""
+"""Neo-Hookean elasticity, ``J sigma = lambda ln J I + mu (b - I)`` (Wobbes 2020, Eq. 11)."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""St. Venant-Kirchhoff elasticity: ``S = lambda tr(E) I + 2 mu E`` with the Green-Lagrange strain E; objective."""
+"""St. Venant-Kirchhoff elasticity: ``S = lambda tr(E) I + 2 mu E`` with Green-Lagrange strain."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""Plastic laws: one file each, which gives the return of principal trial stresses to the yield surface.
+"""Plastic laws: one file each, which returns principal trial stresses to the yield surface.
 
 Strains are logarithmic and elasticity is that of Hencky, so that the return is the one of small
 strains. All else is here: trial state, history, both stresses, moduli and the stored energy.
@@ -58,7 +58,7 @@ class Plastic(IsotropicElastic):
     }
 
     def history_of_stress(self, tau: np.ndarray) -> np.ndarray:
-        """History of an undeformed state under normal Kirchhoff stresses tau_xx, tau_yy, tau_zz [Pa], shape (n, 3)."""
+        """History at rest under Kirchhoff stresses tau_xx, tau_yy, tau_zz [Pa], shape (n, 3)."""
         lame, shear = self.lame_parameters()
         strain = np.linalg.solve(lame * np.ones((3, 3)) + 2.0 * shear * np.eye(3), tau.T).T
         state = np.zeros((len(tau), self.history))
@@ -76,7 +76,7 @@ def elastic_b(state, b):  # type: ignore[no-untyped-def]
 
 @kernel
 def commit(law, strain, tau, vectors, b, plastic, state):  # type: ignore[no-untyped-def]
-    """Write the history: b_e of the trial state, or that of the returned stress and the new plastic strain."""
+    """Write the history: b_e of the trial state or the returned stress, and plastic strain."""
     if plastic:
         bulk = law.lame + 2.0 / 3.0 * law.shear
         mean = (tau[0] + tau[1] + tau[2]) / 3.0
@@ -94,7 +94,7 @@ def commit(law, strain, tau, vectors, b, plastic, state):  # type: ignore[no-unt
 
 @kernel
 def update(law, axes, increment, old, state, strain, tau, vectors, moduli):  # type: ignore[no-untyped-def]
-    """Trial state, return and new history; principal trial strains, stresses, axes and moduli are written."""
+    """Write principal trial strains, stresses, axes and moduli, and the new history."""
     b, trial = matrix(THREE, THREE), vector(THREE)
     elastic_b(old, b)
     trial_state(axes, increment, b, strain, vectors)

@@ -1,4 +1,4 @@
-"""Mohr-Coulomb plasticity at finite strain: Hencky elasticity and a return in principal Kirchhoff stresses.
+"""Mohr-Coulomb plasticity at finite strain, by a return of principal Kirchhoff stresses.
 
 Tension is positive and ``tau_1 >= tau_2 >= tau_3``. The yield function is ``f = k tau_1 - tau_3 -
 s`` with ``k = (1 + sin phi) / (1 - sin phi)`` and ``s = 2 c sqrt(k)``; the flow potential has the
