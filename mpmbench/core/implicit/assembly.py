@@ -13,15 +13,7 @@ from mpmbench.core.materials import kirchhoff_stress
 
 
 class Start(NamedTuple):
-    """Particles at the start of a step.
-
-    Attributes
-    ----------
-    V0 : ndarray
-        Reference volumes [m^dim], shape (P,).
-    F, state : ndarray
-        Deformation gradients and history, shapes (P, dim, dim) and (P, n).
-    """
+    """Reference volumes [m^dim], deformation gradients and history at the start of a step."""
 
     V0: np.ndarray
     F: np.ndarray
@@ -29,15 +21,7 @@ class Start(NamedTuple):
 
 
 class Iterate(NamedTuple):
-    """Particles after an increment of displacement.
-
-    Attributes
-    ----------
-    F, state : ndarray
-        Deformation gradients and history, shapes (P, dim, dim) and (P, n).
-    tau : ndarray
-        Kirchhoff stresses [Pa], shape (P, dim, dim).
-    """
+    """Deformation gradients, history and Kirchhoff stresses [Pa] after an increment of displacement."""
 
     F: np.ndarray
     state: np.ndarray

@@ -80,7 +80,7 @@ def _cholesky(
     dim = blocks.shape[1]
     width = (pattern.band + 1) * dim - 1
     band = memory.take(len(left_out), width + 1)  # transposed: LAPACK's columns are contiguous
-    fill_lower(pattern.start, pattern.column, blocks, left_out, band)
+    fill_band(pattern.start, pattern.column, blocks, left_out, False, 0, band)
     factor, failed = dpbtrf(band.T, lower=1, overwrite_ab=1)
     if failed:
         return None
@@ -92,7 +92,7 @@ def _band(pattern: Pattern, blocks: np.ndarray, left_out: np.ndarray, memory: Ba
     dim = blocks.shape[1]
     width = (pattern.band + 1) * dim - 1
     band = memory.take(len(left_out), 3 * width + 1)
-    fill_band(pattern.start, pattern.column, blocks, left_out, pattern.lower, width, band)
+    fill_band(pattern.start, pattern.column, blocks, left_out, pattern.lower, 2 * width, band)
     factor, pivots, failed = dgbtrf(band.T, width, width, overwrite_ab=1)
     if failed:
         raise BrokeDown(singular(pattern, failed - 1, dim))
@@ -130,44 +130,30 @@ def singular(pattern: Pattern, row: int, dim: int) -> str:
 
 
 @kernel
-def fill_lower(start, column, blocks, left_out, band):  # type: ignore[no-untyped-def]
-    """Lower band, transposed: ``band[j, i - j] = K_ij``; fixed rows are those of the identity."""
-    dim = blocks.shape[1]
-    band[:] = 0.0
-    for r in range(start.shape[0] - 1):
-        for s in range(start[r], start[r + 1]):
-            for a in range(dim):
-                i = r * dim + a
-                for b in range(dim):
-                    j = column[s] * dim + b
-                    if i >= j and not (left_out[i] or left_out[j]):
-                        band[j, i - j] = blocks[s, a, b]
-    for i in range(left_out.shape[0]):
-        if left_out[i]:
-            band[i, 0] = 1.0
+def fill_band(start, column, blocks, left_out, mirror, diagonal, band):  # type: ignore[no-untyped-def]
+    """Write the band as LAPACK takes it, transposed: ``band[j, diagonal + i - j] = K_ij``.
 
-
-@kernel
-def fill_band(start, column, blocks, left_out, lower, width, band):  # type: ignore[no-untyped-def]
-    """Full band for LAPACK's LU, transposed: ``band[j, 2 width + i - j] = K_ij``.
-
-    LAPACK itself sets the first `width` columns, which take the fill-in of pivoting.
+    Fixed rows and columns are those of the identity. With `diagonal` = 0 the band ends there; else
+    LAPACK itself sets the first half of those above, which take the fill-in of pivoting, and
+    `mirror` repeats the lower half in the upper one.
     """
     dim = blocks.shape[1]
-    band[:, width:] = 0.0
+    band[:, diagonal // 2 :] = 0.0
     for r in range(start.shape[0] - 1):
         for s in range(start[r], start[r + 1]):
             for a in range(dim):
                 i = r * dim + a
                 for b in range(dim):
                     j = column[s] * dim + b
-                    if not (left_out[i] or left_out[j]):
-                        band[j, 2 * width + i - j] = blocks[s, a, b]
-                        if lower and column[s] < r:
-                            band[i, 2 * width + j - i] = blocks[s, a, b]
+                    if left_out[i] or left_out[j]:
+                        continue
+                    if i >= j or diagonal > 0:
+                        band[j, diagonal + i - j] = blocks[s, a, b]
+                    if mirror and column[s] < r:
+                        band[i, diagonal + j - i] = blocks[s, a, b]
     for i in range(left_out.shape[0]):
         if left_out[i]:
-            band[i, 2 * width] = 1.0
+            band[i, diagonal] = 1.0
 
 
 @kernel

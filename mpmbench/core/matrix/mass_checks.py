@@ -2,7 +2,7 @@
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.sparse import csr_array, csr_matrix, diags_array
+from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import eigsh
 
 from mpmbench.core.bases import Basis
@@ -97,27 +97,11 @@ def seen_share(basis: Basis, p: Particles, fixed: np.ndarray) -> float:
 
 
 def scaled_mass(
-    seen: csr_matrix, m: np.ndarray, fixed: np.ndarray
+    seen: csr_array, m: np.ndarray, fixed: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, csr_array]:
-    """Free nodes with mass (A of them), and their ``M_ij scale_i scale_j``.
+    """Free nodes with mass (A of them), one over the root of their row sums, and ``M_ij`` times both.
 
-    Parameters
-    ----------
-    seen : csr_matrix
-        Values of the functions at the particles, shape (P, N).
-    m : ndarray
-        Masses of the particles [kg], shape (P,).
-    fixed : ndarray
-        Constrained components, shape (N, dim).
-
-    Returns
-    -------
-    active : ndarray of int
-        Shape (A,).
-    scale : ndarray
-        One over the root of the row sums [kg^(-1/2)], shape (A,).
-    matrix : csr_array
-        Shape (A, A).
+    `seen`, shape (P, N), holds the values of the functions at particles with masses `m` [kg].
     """
     M = (seen.T @ diags_array(m) @ seen).tocsr()
     row_sum = np.asarray(M.sum(axis=1)).ravel()
@@ -135,10 +119,8 @@ def lowest(matrix: csr_array) -> tuple[float, np.ndarray]:
     return float(values[0]), vectors[:, 0]
 
 
-def _sparse(stored: Stencils, nodes: int) -> csr_matrix:
+def _sparse(stored: Stencils, nodes: int) -> csr_array:
     """Values of the functions, shape (points, N)."""
     used = np.arange(stored.phi.shape[1]) < stored.size[:, None]
     first = np.concatenate([[0], np.cumsum(stored.size)])
-    return csr_matrix(
-        (stored.phi[used], stored.index[used], first), shape=(len(stored.size), nodes)
-    )
+    return csr_array((stored.phi[used], stored.index[used], first), shape=(len(stored.size), nodes))

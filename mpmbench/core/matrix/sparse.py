@@ -6,7 +6,7 @@ functions, so assembly is plain arithmetic; elsewhere it is searched for.
 """
 
 import numpy as np
-from scipy.sparse import csc_matrix, csr_array, csr_matrix, eye_array
+from scipy.sparse import csc_array, csr_array, eye_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from mpmbench.core.bases import Basis
@@ -118,18 +118,16 @@ class DirectMass(SparseMass):
     def __init__(self, fixed: np.ndarray, threshold: float) -> None:
         super().__init__(fixed, threshold)
         self._factors: list[SuperLU] = []
-        self._coupling: list[csr_matrix] = []
+        self._coupling: list[csr_array] = []
 
     def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
         if self._factors:
             return
         super().assemble(basis, p, m_i)
-        n = len(self.fixed)
-        rows = np.repeat(np.arange(n), self.columns.shape[1])
-        used = self.values.ravel() != 0.0
-        matrix = csr_matrix(
-            (self.values.ravel()[used], (rows[used], self.columns.ravel()[used])), shape=(n, n)
-        )
+        n, width = self.columns.shape
+        entries = self.values.ravel(), self.columns.ravel(), np.arange(0, n * width + 1, width)
+        matrix = csr_array(entries, shape=(n, n), copy=True)
+        matrix.eliminate_zeros()
         for d in range(self.fixed.shape[1]):
             free = self.free[:, d]
             if d > 0 and np.array_equal(free, self.free[:, d - 1]):
@@ -137,7 +135,7 @@ class DirectMass(SparseMass):
                 self._coupling.append(self._coupling[-1])
                 continue
             try:
-                self._factors.append(splu(csc_matrix(matrix[free][:, free])))
+                self._factors.append(splu(csc_array(matrix[free][:, free])))
             except RuntimeError as error:
                 raise BrokeDown(f"singular consistent mass matrix: {error}") from None
             self._coupling.append(matrix[free][:, ~free])
