@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from mpmbench.core.bases.bspline import BSpline
+from mpmbench.core.bases.grid.bspline import BSpline
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.geometry import Box
 from mpmbench.core.matrix.sparse import pattern, place
