@@ -21,7 +21,7 @@ class Start(NamedTuple):
 
 
 class Iterate(NamedTuple):
-    """Deformation gradients, history and Kirchhoff stresses [Pa] after an increment of displacement."""
+    """Deformation gradients, history and Kirchhoff stresses [Pa] after an increment."""
 
     F: np.ndarray
     state: np.ndarray

@@ -99,7 +99,7 @@ def seen_share(basis: Basis, p: Particles, fixed: np.ndarray) -> float:
 def scaled_mass(
     seen: csr_array, m: np.ndarray, fixed: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, csr_array]:
-    """Free nodes with mass (A of them), one over the root of their row sums, and ``M_ij`` times both.
+    """Free nodes with mass, the inverse roots of their row sums, and ``M_ij`` times both of these.
 
     `seen`, shape (P, N), holds the values of the functions at particles with masses `m` [kg].
     """

@@ -35,7 +35,7 @@ class MohrCoulombLaw(NamedTuple):
 @register("material", "mohr_coulomb")
 @dataclass(frozen=True)
 class MohrCoulomb(Plastic):
-    """Mohr-Coulomb plasticity at finite strain on Hencky elasticity, return in principal stresses."""
+    """Mohr-Coulomb plasticity at finite strain on Hencky elasticity, return in principal axes."""
 
     young_modulus: float = 1.8e6
     poisson_ratio: float = 0.3
