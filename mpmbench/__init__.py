@@ -11,12 +11,15 @@ if TYPE_CHECKING:
     from mpmbench.api import run as run
     from mpmbench.api import sweep as sweep
     from mpmbench.results.campaign import open_campaign as open_campaign
+    from mpmbench.scripting import make as make
+    from mpmbench.scripting import simulate as simulate
     from mpmbench.settings.schema import BadInput as BadInput
 
 __version__ = "0.1.0"
 
 NAMES = {  # by the module in which they stand
     "api": "run sweep",
+    "scripting": "make simulate",
     "results.campaign": "open_campaign",
     "settings.schema": "BadInput",
     # Geometry, particles and loads
@@ -34,9 +37,9 @@ NAMES = {  # by the module in which they stand
     "core.transfer": "Transfer TransferPromises",
     "core.materials": "Material cauchy_stress kirchhoff_stress energy_density",
     "core.materials.isotropic": "IsotropicElastic Lame",
-    "core.bases": "Basis BasisSettings Promises",
+    "core.bases": "Basis BasisSettings Promises StoredBasis",
     "core.bases.handle": "Stencils count index interpolate locate scratch spread value",
-    "core.errors": "BadSetting BrokeDown Diverged NotApplicable NotConverged",
+    "core.errors": "BadSetting BrokeDown Diverged NotApplicable NotConverged require",
     # Compiled code
     "core.compiled": "implements inlined kernel lean matrix vector",
     "core.compiled.algebra": "determinant",

@@ -1,4 +1,4 @@
-"""The door for Python: one run, a sweep, and a simulation of things that were made in Python.
+"""The door for Python: one run and a sweep, as on the command line.
 
 Results, files and limits are those of the command line: every run has a process of its own and
 leaves its file, and what has been computed before is read instead of computed again.

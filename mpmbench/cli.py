@@ -11,7 +11,9 @@ import textwrap
 import time
 from collections.abc import Iterable
 
-from mpmbench import __version__
+from mpmbench import PLACES, __version__
+from mpmbench.core.moved import advice
+from mpmbench.core.registry import plugin_files
 from mpmbench.settings.arguments import split
 from mpmbench.settings.files import shipped_folder
 from mpmbench.settings.schema import GROUPS, BadInput, experiments, options
@@ -27,6 +29,7 @@ VERBS = {
     "merge": ("TARGET A B...", "results of several machines in one folder"),
     "rerun": ("FILE.nc", "run again from a result file: is the same the result?"),
     "check": ("FILE.py", "does a plug-in keep its contract? a scorecard"),
+    "new": ("KIND NAME FOLDER", "a working plug-in or paper to start from, with its test"),
     "export": ("RESULT --vtk|--csv", "particles for ParaView, or everything as CSV"),
     "warmup": ("[KEY=VALUE...]", "compile the kernels that a sweep needs beforehand"),
 }
@@ -71,6 +74,7 @@ def main(arguments: list[str] | None = None) -> int:
         print("mpmbench runs on Linux and macOS; on Windows, use it inside WSL.", file=sys.stderr)
         return 2
     try:
+        warn_of_old_places()
         return dispatch(arguments, started)
     except BadInput as error:
         print(f"mpmbench: {error}", file=sys.stderr)
@@ -89,6 +93,14 @@ def main(arguments: list[str] | None = None) -> int:
         )  # the second is that of a copy
         print(f"mpmbench: {place}: {str(error.strerror).lower()}", file=sys.stderr)
         return 1
+
+
+def warn_of_old_places() -> None:
+    """Name, once for each file of a plug-in, the line that should stand for its imports."""
+    for file in plugin_files():
+        sentence = advice(file, PLACES)
+        if sentence:
+            print(f"mpmbench: {sentence}", file=sys.stderr)
 
 
 def dispatch(arguments: list[str], started: float) -> int:

@@ -1,13 +1,13 @@
 """From a solution to the dataset that a result file holds: scalars, histories, snapshots and errors, with units."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import xarray as xr
 
 from mpmbench.analysis.norms import error_norms
 from mpmbench.case.read import Case, Config
-from mpmbench.core.particles import Particles
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
 
@@ -18,63 +18,65 @@ def dataset(
     config: Config, case: Case, state: State | None, solution: Solution, compile_time: float
 ) -> xr.Dataset:
     """All that a run has to say, as one dataset with units."""
-    out = xr.Dataset(
-        attrs={
-            "status": solution.status,
-            "reason": solution.reason,
-            **{kind: config[kind]["name"] for kind in ("problem", "method", "basis", "material")},
-            "mass": case.choices.mass,
-            "resolution": case.resolution,
-            "time_step": solution.time_step
-            if solution.time_step > 0.0
-            else str(config["time_step"]),
-            "particles_per_cell": case.particles_per_cell,
-        }
-    )
-
-    def scalar(name: str, value: float | int | None, unit: str, text: str) -> None:
-        if value is not None:
-            out[name] = ((), value, {"units": unit, "long_name": text})
-
-    scalar("steps", solution.steps, "1", "number of time steps done")
-    scalar("time_reached", solution.time_reached, "s", "simulated time reached")
-    scalar("solver_time", solution.solver_time, "s", "time in the time steps")
-    scalar("compile_time", compile_time, "s", "time for set-up and compiling")
+    out = measured(state, solution, compile_time)
+    step = out.attrs["time_step"] if solution.time_step > 0.0 else str(config["time_step"])
+    out.attrs |= {
+        **{kind: config[kind]["name"] for kind in ("problem", "method", "basis", "material")},
+        "mass": case.choices.mass,
+        "resolution": case.resolution,
+        "time_step": step,
+        "particles_per_cell": case.particles_per_cell,
+    }
     if state is None:
         return out
-    particles, X = state.particles, state.particles.X[state.particles.material]
-    scalar("n_particles", len(X), "1", "number of particles with mass")
-    scalar(
-        "n_nodes", len(state.basis.nodes), "1", "number of nodes (degrees of freedom per component)"
-    )
-    for name, (value, unit, text) in state.basis.statistics().items():
-        scalar(name, value, unit, text)
-    scalar(
-        "n_cell_crossings",
-        solution.cell_crossings,
-        "1",
-        "number of times a particle has changed its grid cell",
-    )
-    _add_history(out, solution, scalar)
-    _add_records(out, solution)
-    _add_snapshots(out, case, particles, X, solution)
+    X = state.particles.X[state.particles.material]
+    _add_exact(out, case, X, solution)
     if solution.status == "ok":
+        scalar = partial(_add_scalar, out)
         _add_errors(case, X, solution, scalar)
         floor = case.problem.temporal_floor(
             solution.time_step, solution.time_reached, X, case.material
         )
-        scalar(
-            "predicted_temporal_floor",
-            floor,
-            "m",
-            "displacement error of the time integration alone, predicted",
-        )
+        text = "displacement error of the time integration alone, predicted"
+        scalar("predicted_temporal_floor", floor, "m", text)
     for name, (value, unit, text, *dims) in case.problem.quantities(
         solution, case.material
     ).items():
         default = ("time",) if np.ndim(value) else ()
         out[name] = (dims[0] if dims else default, value, {"units": unit, "long_name": text})
     return out
+
+
+def measured(state: State | None, solution: Solution, compile_time: float) -> xr.Dataset:
+    """What a solution says by itself, whatever the problem: scalars, histories and snapshots."""
+    attributes = {"status": solution.status, "reason": solution.reason}
+    out = xr.Dataset(attrs=attributes | {"time_step": solution.time_step})
+    scalar = partial(_add_scalar, out)
+    scalar("steps", solution.steps, "1", "number of time steps done")
+    scalar("time_reached", solution.time_reached, "s", "simulated time reached")
+    scalar("solver_time", solution.solver_time, "s", "time in the time steps")
+    scalar("compile_time", compile_time, "s", "time for set-up and compiling")
+    if state is None:
+        return out
+    text = "number of nodes (degrees of freedom per component)"
+    scalar("n_nodes", len(state.basis.nodes), "1", text)
+    particles = state.particles.material.stop
+    scalar("n_particles", particles, "1", "number of particles with mass")
+    for name, (value, unit, text) in state.basis.statistics().items():
+        scalar(name, value, unit, text)
+    text = "number of times a particle has changed its grid cell"
+    scalar("n_cell_crossings", solution.cell_crossings, "1", text)
+    _add_history(out, solution, scalar)
+    _add_records(out, solution)
+    _add_snapshots(out, state, solution)
+    return out
+
+
+def _add_scalar(
+    out: xr.Dataset, name: str, value: float | int | None, unit: str, text: str
+) -> None:
+    if value is not None:
+        out[name] = ((), value, {"units": unit, "long_name": text})
 
 
 def _add_history(out: xr.Dataset, solution: Solution, scalar: Callable[..., None]) -> None:
@@ -143,10 +145,9 @@ def _add_records(out: xr.Dataset, solution: Solution) -> None:
             )
 
 
-def _add_snapshots(
-    out: xr.Dataset, case: Case, p: Particles, X: np.ndarray, solution: Solution
-) -> None:
-    keep = p.material
+def _add_snapshots(out: xr.Dataset, state: State, solution: Solution) -> None:
+    p = state.particles
+    keep, X = p.material, p.X[p.material]
     shots = solution.snapshots
     times = np.array([shot["time"] for shot in shots])
     out.coords["snapshot_time"] = (
@@ -174,7 +175,7 @@ def _add_snapshots(
     }
     for name, (dims, values, unit) in computed.items():
         out[name] = (dims, values, {"units": unit, "long_name": name})
-    for name, (column, unit, text) in case.material.outputs.items():
+    for name, (column, unit, text) in state.material.outputs.items():
         values = np.array([shot["state"][keep, column] for shot in shots])
         out[name] = (("snapshot", "particle"), values, {"units": unit, "long_name": text})
     for name, declared in p.declared.items():
@@ -185,15 +186,17 @@ def _add_snapshots(
         values = np.array([shot[name][keep] for shot in shots])
         out[name] = (("snapshot", "particle", *axes), values)
         out[name].attrs = {"units": declared.unit, "long_name": declared.says}
-    half = _velocity_lag(case, solution)
-    for name, dims in (("displacement", vector), ("velocity", vector), ("stress", tensor)):
-        exact = [_exact(case, X, t, half if t > 0.0 else 0.0).get(name) for t in times]
-        if all(part is not None for part in exact):
-            out[f"{name}_exact"] = (
-                dims,
-                np.array(exact),
-                {"units": UNITS[name], "long_name": f"exact {name}"},
-            )
+
+
+def _add_exact(out: xr.Dataset, case: Case, X: np.ndarray, solution: Solution) -> None:
+    """Exact fields at the instants of the snapshots, where the problem knows them."""
+    times, half = out.snapshot_time.values, _velocity_lag(case, solution)
+    exact = [_exact(case, X, t, half if t > 0.0 else 0.0) for t in times]
+    for name, unit in UNITS.items():
+        parts = [fields.get(name) for fields in exact]
+        if all(part is not None for part in parts):
+            out[f"{name}_exact"] = (out[name].dims, np.array(parts))
+            out[f"{name}_exact"].attrs = {"units": unit, "long_name": f"exact {name}"}
 
 
 def _velocity_lag(case: Case, solution: Solution) -> float:

@@ -51,7 +51,7 @@ def read(config: Config) -> Case:
     except KeyError:
         loops = "one of " + ", ".join(registry.names("method"))
         raise BadSetting("method.time", method["time"], loops) from None
-    choices = _instantiate("method", loop, method)
+    choices = instantiate("method", loop, method)
     built = {kind: _plugin(kind, config[kind]) for kind in ("problem", "basis", "material")}
     if any(field.name == "random_seed" for field in fields(built["problem"])):
         built["problem"] = replace(built["problem"], random_seed=int(config.get("seed", 0)))
@@ -88,14 +88,15 @@ def read(config: Config) -> Case:
 
 
 def _plugin(kind: str, settings: Mapping[str, Any]) -> Any:
-    return _instantiate(
+    return instantiate(
         kind,
         registry.get(kind, settings["name"]),
         {k: v for k, v in settings.items() if k != "name"},
     )
 
 
-def _instantiate(kind: str, cls: type, settings: Mapping[str, Any]) -> Any:
+def instantiate(kind: str, cls: type, settings: Mapping[str, Any]) -> Any:
+    """A plug-in with its settings; raises `BadSetting` with the full key of one that is wrong."""
     known = {field.name for field in fields(cls)}
     for key in settings:
         require(

@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from mpmbench.core.registry import PACKAGES
+from mpmbench.core.registry import PACKAGES, is_ours
 from mpmbench.runs.process import isolation
-from mpmbench.settings.files import PACKAGE
 from mpmbench.settings.schema import BadInput, composed, options
 
 TIME = 120.0  # [s] for everything
@@ -31,7 +30,7 @@ def main(arguments: list[str]) -> int:
         raise BadInput(f"check {arguments[0]}: there is no such file")
     deadline = time.monotonic() + TIME
     started = time.monotonic()
-    if not file.is_relative_to(PACKAGE):
+    if not is_ours(file):
         known = [part for part in os.environ.get("MPMBENCH_PLUGINS", "").split(os.pathsep) if part]
         os.environ["MPMBENCH_PLUGINS"] = os.pathsep.join(dict.fromkeys([*known, str(file.parent)]))
     isolation.processes.warm_up()

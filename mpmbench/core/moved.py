@@ -1,10 +1,12 @@
 """Places of version 0.1 that plug-ins written for it still name: importing one gives what stands there now."""
 
+import ast
 import importlib
 import sys
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
+from pathlib import Path
 from types import ModuleType
 
 MOVED = {
@@ -60,3 +62,36 @@ def complete(old: type, base: type) -> None:
     for name, default in vars(base).items():
         if not name.startswith("_") and not hasattr(old, name):
             setattr(old, name, default)
+
+
+def advice(file: Path, public: Container[str]) -> str:
+    """One sentence on imports of a plug-in that have a better place now; empty when there are none.
+
+    Parameters
+    ----------
+    file : Path
+        A plug-in's file; what cannot be read or parsed gets no advice, but an error on import.
+    public : container of str
+        Names that ``mpmbench`` itself offers.
+    """
+    try:
+        tree = ast.parse(file.read_bytes())
+    except (OSError, SyntaxError, ValueError):
+        return ""
+    old = [
+        node
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("mpmbench.")
+    ]
+    names = [(node.module, alias.name) for node in old for alias in node.names]
+    lines = []
+    found = sorted({name for _, name in names if name in public})
+    if found:
+        lines.append(f"from mpmbench import {', '.join(found)}")
+    for module in sorted({module for module, _ in names if module in MOVED}):
+        rest = [name for place, name in names if place == module and name not in public]
+        if rest:
+            lines.append(f"from {MOVED[module]} import {', '.join(rest)}")
+    if not lines:
+        return ""
+    return f"{file.name}, line {old[0].lineno}: places have changed; write `{'; '.join(lines)}`"

@@ -96,6 +96,11 @@ def _named(kind: str, file: Path) -> list[str]:
     return re.findall(mark, file.read_text(encoding="utf-8", errors="replace"))
 
 
+def is_ours(file: Path) -> bool:
+    """Whether a file is one of our own; the samples of plug-ins are none, although they come along."""
+    return file.is_relative_to(PACKAGE) and not file.is_relative_to(PACKAGE / "samples")
+
+
 def names(kind: str) -> list[str]:
     """All names of one kind, sorted."""
     load_plugins()

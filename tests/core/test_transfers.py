@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import mpmbench
 from mpmbench import case
 from mpmbench.contracts import loops
 from mpmbench.core import registry
@@ -17,8 +18,8 @@ from mpmbench.core.simulation import guard
 from mpmbench.core.transfer import Transfer, find_transfer
 from tests.core.support import compose
 
-for name in ("apic", "apic_flipped"):
-    registry.load_file(Path(__file__).parents[1] / f"plugins/transfers/{name}.py")
+registry.load_file(Path(mpmbench.__file__).parent / "samples" / "apic.py")
+registry.load_file(Path(__file__).parents[1] / "plugins/transfers/apic_flipped.py")
 SHORT: dict[str, Any] = {"resolution": 4, "time_step": 1e-4, "end_time": 1e-3}
 
 

@@ -14,7 +14,7 @@ from mpmbench.report.claims import judge
 from mpmbench.runs.hydra import compose
 from mpmbench.settings.schema import BadInput, experiments
 
-SAMPLE = Path(mpmbench.__file__).parent / "samples" / "paper"
+SAMPLE = Path(mpmbench.__file__).parent / "samples"
 
 
 @pytest.fixture

@@ -1,9 +1,11 @@
 """The scorecard of plug-in files, and the contract of our own problems."""
 
 import shutil
+from pathlib import Path
 
 import pytest
 
+import mpmbench
 from mpmbench.commands import check
 from mpmbench.runs.hydra import compose
 from mpmbench.runs.process import scoring
@@ -11,7 +13,7 @@ from mpmbench.settings.files import PACKAGE
 from mpmbench.settings.schema import options
 from tests.runs.conftest import PLUGINS
 
-OUTSIDE = PLUGINS / "outside"
+OUTSIDE = Path(mpmbench.__file__).parent / "samples"
 
 
 def card(out: str) -> dict[str, str]:
@@ -56,10 +58,8 @@ def test_a_time_loop_that_damps_is_found_out(command):
 @pytest.mark.slow
 def test_a_transfer_is_told_from_one_with_a_wrong_sign(command):
     """The affine term of APIC, right and flipped: fields are not kept, and the order is another."""
-    transfers = PLUGINS / "transfers"
-    right, flipped = (
-        command("check", str(transfers / f"{name}.py")) for name in ("apic", "apic_flipped")
-    )
+    flipped = PLUGINS / "transfers" / "apic_flipped.py"
+    right, flipped = (command("check", str(file)) for file in (OUTSIDE / "apic.py", flipped))
     assert right.code == 0, right.out
     assert "compiling" in right.out.splitlines()[-1]
     assert flipped.code == 1
@@ -70,8 +70,6 @@ def test_a_transfer_is_told_from_one_with_a_wrong_sign(command):
 
 def test_what_is_broken_is_named_and_costs_its_own_line_only(command, folder):
     """Half the gradient, a declaration that is too modest, and a crash where many points are evaluated."""
-    (folder / "conf/basis").mkdir(parents=True)
-    shutil.copy(OUTSIDE / "conf/basis/stored_hat.yaml", folder / "conf/basis")
     text = (OUTSIDE / "stored_hat.py").read_text()
     text = text.replace("[-1.0 / h, 1.0 / h]", "[-0.5 / h, 0.5 / h]").replace(
         'kronecker="everywhere"', 'kronecker="none"'

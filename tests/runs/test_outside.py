@@ -9,8 +9,12 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
-OUTSIDE = Path(__file__).parents[1] / "plugins" / "outside"
-OLD_PLACES = OUTSIDE.parent / "old_places"  # as it was written for version 0.1
+import mpmbench
+
+OUTSIDE = Path(mpmbench.__file__).parent / "samples"
+OLD_PLACES = (
+    Path(__file__).parents[1] / "plugins" / "old_places"
+)  # as it was written for version 0.1
 CHOICES = {
     "basis": "stored_hat",
     "method": "damped",
@@ -108,3 +112,16 @@ def test_a_wrong_setting_of_a_plugin_is_bad_input(command, folder, outside) -> N
     assert done.code == 2
     assert "material.poisson_ratio" in done.err
     assert not (folder / "results").exists()
+
+
+def test_old_places_are_named_once_with_the_new_line(command, folder, monkeypatch) -> None:
+    monkeypatch.setenv("MPMBENCH_PLUGINS", str(OLD_PLACES))
+    done = command("resolution=4", "end_time=2e-5")
+    assert done.code == 0
+    lines = [line for line in done.err.splitlines() if "simo_pister.py" in line]
+    assert len(lines) == 1
+    assert "from mpmbench import IsotropicElastic, Lame, cauchy_stress, determinant" in lines[0]
+    (damped,) = [line for line in done.err.splitlines() if "damped.py" in line]
+    assert "from mpmbench.core.loops import explicit" in damped
+    monkeypatch.setenv("MPMBENCH_PLUGINS", str(OUTSIDE))
+    assert command("resolution=4", "end_time=2e-5").err == ""

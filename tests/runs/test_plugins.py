@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+import mpmbench
 from mpmbench.results import identity, netcdf
-from tests.runs.conftest import PLUGINS
 
 KERNEL = """
 from numba import njit
@@ -97,10 +97,8 @@ def test_the_cache_of_kernels_outlives_plugins(tmp_path, steps, said):
 @pytest.fixture
 def mine(folder, monkeypatch) -> Path:
     """A copy of a material from outside, in a folder of its own."""
-    (folder / "mine/conf/material").mkdir(parents=True)
-    outside = PLUGINS / "outside"
-    shutil.copy(outside / "simo_pister.py", folder / "mine")
-    shutil.copy(outside / "conf/material/simo_pister.yaml", folder / "mine/conf/material")
+    (folder / "mine").mkdir()
+    shutil.copy(Path(mpmbench.__file__).parent / "samples/simo_pister.py", folder / "mine")
     monkeypatch.setenv("MPMBENCH_PLUGINS", str(folder / "mine"))
     return folder / "mine/simo_pister.py"
 

@@ -33,7 +33,7 @@ def contents(connection: Connection, file: str) -> list[tuple[str, str]]:
 
 def load(file: Path) -> str:
     """Import a plug-in file, which may be one of ours, and return its name as a module."""
-    if file.is_relative_to(PACKAGE):
+    if registry.is_ours(file):
         name = ".".join(["mpmbench", *file.relative_to(PACKAGE).with_suffix("").parts])
         importlib.import_module(name)
         return name

@@ -1,4 +1,4 @@
-"""A problem from outside: the first axial mode of a bar with free ends.
+"""A problem: the first axial mode of a bar with free ends.
 
 ``u = v_0/omega cos(pi X/l) sin(omega t)`` with ``omega = pi c/l`` and c^2 = (lambda + 2 mu)/rho, on
 0 <= X <= l = 1 m.
@@ -9,20 +9,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from mpmbench.core.geometry import Box
-from mpmbench.core.materials import Material
-from mpmbench.core.methods import Choices
-from mpmbench.core.particles import seed_cells
-from mpmbench.core.registry import register
-from mpmbench.problems import Fields, Problem
+from mpmbench import Box, Choices, Fields, Material, Problem, register, seed_cells, setting
 
 
 @register("problem", "free_bar")
 @dataclass(frozen=True)
 class FreeBar(Problem):
-    """Parameters: `velocity_amplitude` v_0 [m/s]."""
+    """First axial mode of a bar with free ends."""
 
-    velocity_amplitude: float = 0.1
+    velocity_amplitude: float = setting(0.1, "v_0 at the ends", unit="m/s")
     dimension: ClassVar[int] = 1
     reference_length: ClassVar[float] = 1.0
 

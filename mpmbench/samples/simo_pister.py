@@ -1,14 +1,18 @@
-"""A material from outside: neo-Hookean with ``W = lambda (J - 1)^2 / 2 + mu (tr b - dim - 2 ln J) / 2``."""
+"""A material: neo-Hookean with ``W = lambda (J - 1)^2 / 2 + mu (tr b - dim - 2 ln J) / 2``."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from mpmbench.core.algebra import determinant
-from mpmbench.core.compiled import implements
-from mpmbench.core.materials import cauchy_stress, energy_density
-from mpmbench.core.materials.isotropic import IsotropicElastic, Lame
-from mpmbench.core.registry import register
+from mpmbench import (
+    IsotropicElastic,
+    Lame,
+    cauchy_stress,
+    determinant,
+    energy_density,
+    implements,
+    register,
+)
 
 
 class SimoPisterLaw(Lame):
@@ -18,7 +22,7 @@ class SimoPisterLaw(Lame):
 @register("material", "simo_pister")
 @dataclass(frozen=True)
 class SimoPister(IsotropicElastic):
-    """Settings: see `IsotropicElastic`."""
+    """Compressible neo-Hookean solid with a quadratic volumetric energy."""
 
     @property
     def law(self) -> SimoPisterLaw:

@@ -1,29 +1,32 @@
-"""A basis from outside: hat functions on a line of nodes, evaluated with numpy and stored per particle."""
+"""A basis: hat functions on a line of nodes, evaluated with numpy and stored per particle."""
 
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from mpmbench.core.bases import Promises
-from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.errors import BrokeDown
-from mpmbench.core.geometry import Box, Geometry
-from mpmbench.core.registry import register
+from mpmbench import (
+    BasisSettings,
+    BrokeDown,
+    Geometry,
+    Promises,
+    Stencils,
+    StoredBasis,
+    register,
+)
 
 
-class Hats:
-    """Hat functions on the nodes x_0 < x_1 < ... (fulfils `Basis`)."""
+class Hats(StoredBasis):
+    """Hat functions on the nodes x_0 < x_1 < ..., shape (N, 1)."""
 
-    def __init__(self, box: Box, particles: int) -> None:
-        self.nodes = box.nodes()
+    def __init__(self, nodes: np.ndarray, particles: int) -> None:
+        self.nodes = nodes.copy()
         self.handle = Stencils.empty(particles, 2, 1)
 
-    def evaluate(self, x: np.ndarray) -> Stencils:
+    def _fill(self, x: np.ndarray, stored: Stencils) -> Stencils:
         outside = self.first_outside(x)
         if outside >= 0:
             raise BrokeDown(f"point {outside} is outside the nodes")
-        stored = Stencils.empty(len(x), 2, 1)
         line = self.nodes[:, 0]
         left = np.clip(np.searchsorted(line, x[:, 0], side="right") - 1, 0, len(line) - 2)
         h = line[left + 1] - line[left]
@@ -33,11 +36,6 @@ class Hats:
         stored.phi[:] = np.stack([1.0 - t, t], axis=1)
         stored.grad_phi[:, :, 0] = np.stack([-1.0 / h, 1.0 / h], axis=1)
         return stored
-
-    def locate(self, x: np.ndarray) -> None:
-        found = self.evaluate(x)
-        for mine, theirs in zip(self.handle[1:], found[1:], strict=True):
-            mine[:] = theirs
 
     def first_outside(self, x: np.ndarray) -> int:
         inside = (x[:, 0] >= self.nodes[0, 0]) & (x[:, 0] <= self.nodes[-1, 0])
@@ -49,13 +47,12 @@ class Hats:
 
 @register("basis", "stored_hat")
 @dataclass(frozen=True)
-class StoredHat:
-    """Settings: there are none."""
+class StoredHat(BasisSettings):
+    """Hat functions in 1D, stored per particle."""
 
     promises: ClassVar[Promises] = Promises(
         (1,), kronecker="everywhere", continuous_gradient=False, grid=True
     )
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> Hats:
-        assert isinstance(geometry, Box)  # promised by grid=True
-        return Hats(geometry, particles)
+        return Hats(geometry.points, particles)

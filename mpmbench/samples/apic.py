@@ -4,11 +4,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mpmbench.core.errors import NotApplicable
-from mpmbench.core.particles import ParticleData
-from mpmbench.core.registry import register
-from mpmbench.core.state import State
-from mpmbench.core.transfer import Transfer, TransferPromises
+from mpmbench import NotApplicable, ParticleData, State, Transfer, TransferPromises, register
 
 
 @register("transfer", "apic")
