@@ -244,7 +244,8 @@ def energy(case: MethodCase) -> Finding:
 def plate_error(choices: TimeLoop, resolution: int) -> float:
     """Root mean square error of the displacement [m] of the manufactured plate, with quadratic B-splines."""
     problem = registry.get("problem", "plate_axis_aligned")()
-    material = registry.get("material", "neo_hookean")(young_modulus=1e7, density=1000.0)
+    law = registry.get("material", "neo_hookean")
+    material = law(young_modulus=1e7, poisson_ratio=0.3, density=1000.0)
     X, V0 = problem.seed(resolution, 16)
     p = Particles.at_rest(X, V0, material.density)
     p.v[:] = problem.velocity(p.X, material)
