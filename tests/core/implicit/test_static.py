@@ -10,13 +10,14 @@ import xarray as xr
 
 from mpmbench import case
 from mpmbench.analysis.convergence import fitted_order
-from mpmbench.core.errors import NotApplicable, NotConverged
+from mpmbench.core.errors import BadSetting, NotApplicable, NotConverged
 from mpmbench.core.implicit import newton as newton_iteration
 from mpmbench.core.implicit.newton import Equations, newton
 from mpmbench.core.implicit.step import prepare
 from mpmbench.core.loads import external_force
 from mpmbench.core.matrix import blocks
 from mpmbench.core.simulation import simulate
+from mpmbench.settings.files import BadInput
 from tests.core.support import compose
 
 # deflection of A [m] at h = 0.25 and 0.125 m, confirmed with the authors' own program and an
@@ -240,7 +241,7 @@ def test_settings_are_checked() -> None:
         ({"method__residual_tolerance": 0.0}, "residual_tolerance"),
         ({"basis__weight": "sinc"}, "cubic_spline"),
     ):
-        with pytest.raises(ValueError, match=message):
+        with pytest.raises((BadInput, BadSetting), match=message):
             case.check(compose("cantilever_self_weight", "gmm", "mls", **changes))
     for method, changes, message in (
         ("gmm", {"method__transfer": "flip"}, "transfer=nodal"),
