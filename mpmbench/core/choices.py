@@ -3,25 +3,15 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from mpmbench.core.errors import require_option
+from mpmbench.core.setting import Settings, setting
 
 
 @dataclass(frozen=True)
-class Choices:
+class Choices(Settings):
     """What problems, bases and mass matrices may ask about a method.
 
-    Parameters
-    ----------
-    name : str
-        Name of the preset.
-    time : str
-        Name of the time loop.
-    nodes : {"fixed", "moving"}
-        Whether the nodes keep their places (MPM) or move with the material (OTM, unified, GMM,
-        FEM). Those of implicit MPM move during a step and are reset after it.
-    shape_functions : {"updated", "frozen"}
-        Evaluated at the current positions in every step, or once: particles then keep their
-        functions and gradients are pushed forward by F (Lagrangian kernels).
+    The preset gives `name`, its own, and `time`, that of the time loop. Fixed nodes of implicit
+    methods move during a step and are reset after it.
 
     Attributes
     ----------
@@ -37,16 +27,18 @@ class Choices:
 
     name: str = "mpm"
     time: str = "explicit"
-    nodes: str = "fixed"
-    shape_functions: str = "updated"
+    nodes: str = setting(
+        "fixed", "they keep their places, or move with the material", options=("fixed", "moving")
+    )
+    shape_functions: str = setting(
+        "updated",
+        "evaluated where the particles are, or once and their gradients pushed forward by F",
+        options=("updated", "frozen"),
+    )
     dynamic: ClassVar[bool] = True
     implicit: ClassVar[bool] = False
     moves_particles: ClassVar[bool] = True
     particles_are_nodes: ClassVar[bool] = False
-
-    def __post_init__(self) -> None:
-        require_option("nodes", self.nodes, ("fixed", "moving"))
-        require_option("shape_functions", self.shape_functions, ("updated", "frozen"))
 
     # What holds for a loop without a setting of this name; the others have a field instead.
 

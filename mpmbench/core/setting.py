@@ -34,6 +34,8 @@ class Setting:
         Limits that are allowed themselves.
     above, below : float, optional
         Limits that are not.
+    by_preset : bool
+        It is a key of a method only where the preset gives it.
     """
 
     default: Any
@@ -44,6 +46,7 @@ class Setting:
     most: float | None = None
     above: float | None = None
     below: float | None = None
+    by_preset: bool = False
 
     @property
     def allowed(self) -> str:
@@ -167,9 +170,11 @@ def setting(
     most: float | None = None,
     above: float | None = None,
     below: float | None = None,
+    by_preset: bool = False,
 ) -> Any:
     """Field of a dataclass that declares a setting; the arguments are those of `Setting`."""
-    metadata = {"setting": Setting(default, says, unit, options, least, most, above, below)}
+    one = Setting(default, says, unit, options, least, most, above, below, by_preset)
+    metadata = {"setting": one}
     if isinstance(default, list):
         return field(default_factory=lambda: list(default), metadata=metadata)
     return field(default=default, metadata=metadata)

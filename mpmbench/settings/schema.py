@@ -33,13 +33,16 @@ def options(group: str) -> dict[str, Path]:
 def preset(group: str, option: str) -> dict[str, Any]:
     """What the YAML file of an option says; empty where there is none.
 
-    A file without ``@package _global_`` speaks of its group only.
+    A file speaks of its group only, unless it has a key of the group's name, a list of defaults,
+    or the comment ``@package _global_``.
     """
     file = presets(group).get(option)
     if file is None:
         return {}
     content = read_yaml(file)
-    return content if is_global(file) else {group: content}
+    if isinstance(content.get(group), dict) or "defaults" in content or is_global(file):
+        return content
+    return {group: content}
 
 
 def description(group: str, option: str) -> str:
@@ -62,7 +65,7 @@ def declared(group: str, option: str) -> dict[str, Setting]:
     """Keys of one option, with their defaults and what may be given.
 
     Those of a method are those of the time loop that its preset names. Fields of a loop that are
-    no settings are keys where the preset gives them.
+    no settings, or settings `by_preset`, are keys where the preset gives them.
     """
     given = {
         key: value
@@ -72,7 +75,10 @@ def declared(group: str, option: str) -> dict[str, Setting]:
     if group != "method":
         return with_preset(declaration(group, option).settings, given)
     loop = declaration(group, given.get("time", option)).settings
-    return with_preset({key: one for key, one in loop.items() if one.says or key in given}, given)
+    kept = {
+        key: one for key, one in loop.items() if key in given or (one.says and not one.by_preset)
+    }
+    return with_preset(kept, given)
 
 
 def composed(group: str, option: str) -> dict[str, Any]:

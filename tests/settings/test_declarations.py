@@ -18,6 +18,7 @@ from tests.core.support import compose
 OPTIONS = [
     (group, name) for group in ("basis", "material", "problem") for name in schema.options(group)
 ]
+LOOPS = ("evaluate", "explicit", "newmark", "sph", "static")
 
 
 @pytest.mark.parametrize(("group", "name"), OPTIONS)
@@ -29,6 +30,25 @@ def test_the_text_says_what_python_makes_of_it(group: str, name: str) -> None:
     own = {field.name for field in fields(plugin)} - {"random_seed"}
     assert set(read.settings) == own == set(schema.declared(group, name))
     assert all(one.says for one in read.settings.values())
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_the_text_of_a_loop_says_what_python_makes_of_it(name: str) -> None:
+    loop = registry.get("method", name)
+    read = schema.declaration("method", name).settings
+    assert list(read)[:2] == ["name", "time"]  # from the preset: they are nothing to be set
+    settings = {key: one for key, one in read.items() if key not in ("name", "time")}
+    assert settings == declarations_in_python.declared(loop)
+    assert {"name", "time", *settings} == {field.name for field in fields(loop)}
+    assert all(one.says for one in settings.values())
+
+
+def test_a_preset_chooses_whether_there_is_a_ghost_stiffness() -> None:
+    owners = [
+        m for m in schema.options("method") if "ghost_stiffness" in schema.declared("method", m)
+    ]
+    assert owners == ["implicit_mpm"]
+    assert schema.declared("method", "implicit_mpm")["ghost_stiffness"].below == 1.0
 
 
 @pytest.fixture
@@ -133,13 +153,19 @@ class Circling(Settings):
     nodes: str = "fixed"
     traction: str = "end_point"
     rounds: int = setting(2, "of the loop", least=1)
+    pause: float = setting(0.0, "after each", by_preset=True)
 '''
 
 
-def test_keys_of_a_method_are_those_of_its_loop_and_of_its_preset(plugin) -> None:
-    preset = (
-        "# @package _global_\n# Turns.\nmethod: {name: flower, time: circling, nodes: moving}\n"
-    )
+@pytest.mark.parametrize(
+    "preset",
+    (
+        "# @package _global_\n# Turns.\nmethod: {name: flower, time: circling, nodes: moving}\n",
+        "# Turns.\nmethod: {time: circling, nodes: moving}\n",
+        "# Turns.\ntime: circling\nnodes: moving\n",
+    ),
+)
+def test_keys_of_a_method_are_those_of_its_loop_and_of_its_preset(plugin, preset: str) -> None:
     plugin(LOOP, method=preset)
     keys = schema.declared("method", "flower")
     assert {key: one.default for key, one in keys.items()} == {

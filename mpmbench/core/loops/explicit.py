@@ -13,11 +13,12 @@ import numpy as np
 
 from mpmbench.core.compiled import threads
 from mpmbench.core.compiled.rows import lanes_for
-from mpmbench.core.errors import NotApplicable, require, require_option
+from mpmbench.core.errors import NotApplicable
 from mpmbench.core.loads import constrain, external_force, reaction_work
 from mpmbench.core.loops import Promises, TimeLoop
 from mpmbench.core.materials import cauchy_stress
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 from mpmbench.core.state import State
 from mpmbench.core.transfer import find_transfer
 from mpmbench.core.transfer.carry import Update, g2p
@@ -27,43 +28,40 @@ from mpmbench.core.transfer.sums import at_least, p2g_mass, p2g_momentum
 @register("method", "explicit")
 @dataclass(frozen=True)
 class Explicit(TimeLoop):
-    """Settings of the explicit loop.
-
-    Parameters
-    ----------
-    mass : {"lumped", "consistent"}
-    transfer : str
-        How velocity goes to the nodes and comes back: flip, pic, blend, position_difference,
-        nodal, or that of a plug-in.
-    flip : float
-        Weight of FLIP in ``blend``, 0 to 1.
-    stress_update : {"usl", "usf", "musl"}
-        Update stress last, first, or last with re-mapped velocities.
-    mass_cutoff : float
-        Degrees of freedom with less than this many particle masses are left out.
-    traction : {"end_point", "last_particle"}
-        Where a point load acts: on a tracked massless end point, or on the last particle.
-    """
+    """The explicit loop of MPM, OTM and the unified method."""
 
     time: str = "explicit"
-    mass: str = "lumped"
-    transfer: str = "flip"
-    flip: float = 1.0
-    stress_update: str = "usl"
-    mass_cutoff: float = 1e-6
-    traction: str = "end_point"
+    mass: str = setting("lumped", "mass matrix of the nodes", options=("lumped", "consistent"))
+    transfer: str = setting(
+        "flip", "of velocities: flip, pic, blend, position_difference, nodal, or of a plug-in"
+    )
+    flip: float = setting(
+        1.0, "weight of flip against pic when transfer is blend", unit="-", least=0.0, most=1.0
+    )
+    stress_update: str = setting(
+        "usl",
+        "after the nodal velocities, before, or after mapping them back once more",
+        options=("usl", "usf", "musl"),
+    )
+    mass_cutoff: float = setting(
+        1e-6,
+        "degrees of freedom with less than this many particle masses are left out; 0: none",
+        unit="-",
+        least=0.0,
+        below=1.0,
+    )
+    traction: str = setting(
+        "end_point",
+        "where a point load acts: at a massless point that follows the boundary, or a particle",
+        options=("end_point", "last_particle"),
+    )
     velocity_lag: ClassVar[float] = 0.5
     stress: ClassVar[Any] = staticmethod(cauchy_stress)
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_option("mass", self.mass, ("lumped", "consistent"))
+    def check_together(self) -> None:
+        """The transfer exists."""
+        super().check_together()
         find_transfer(self.transfer)
-        require(0.0 <= self.flip <= 1.0, "flip", self.flip, "a number from 0 to 1")
-        require_option("stress_update", self.stress_update, ("usl", "usf", "musl"))
-        cutoff = self.mass_cutoff
-        require(0.0 <= cutoff < 1.0, "mass_cutoff", cutoff, "a number from 0 to less than 1")
-        require_option("traction", self.traction, ("end_point", "last_particle"))
 
     @property
     def flip_weight(self) -> float:

@@ -1,11 +1,12 @@
-"""What the implicit loops share: the settings of Newton's iteration, and steps that are halved when it fails."""
+"""What the implicit loops share: settings, and steps that are halved when Newton's iteration fails."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from mpmbench.core.errors import NotApplicable, NotConverged, require, require_option
+from mpmbench.core.errors import NotApplicable, NotConverged
 from mpmbench.core.loops import TimeLoop
 from mpmbench.core.materials import kirchhoff_stress
+from mpmbench.core.setting import setting
 from mpmbench.core.state import State
 from mpmbench.core.transfer import find_transfer
 from mpmbench.core.transfer.flip import Flip
@@ -13,57 +14,65 @@ from mpmbench.core.transfer.flip import Flip
 
 @dataclass(frozen=True)
 class ImplicitLoop(TimeLoop):
-    """Settings of an implicit loop; it defines `one_step`.
+    """Base of implicit loops: it does a step in parts when Newton's iteration fails.
 
-    Parameters
-    ----------
-    mass : {"lumped", "consistent"}
-        In the dynamic tangent.
-    transfer : {"nodal", "flip"}
-        Moving nodes keep their velocities; those that stay leave them to the particles.
-    stress_update : {"usl"}
-        Stress and displacement are found together.
-    traction : {"end_point", "last_particle"}
-        Where a point load acts: on a tracked massless end point, or on the last particle.
-    dirichlet : {"direct", "multipliers"}
-        How boundary points are held: by their nodes, or by ``sum_I N_I(x_d) u_I`` for bases that
-        do not interpolate.
-    ghost_stiffness : float
-        Stiffness of the cells in use, in Young's moduli, which holds nodes that few particles see.
-    residual_tolerance : float
-        Residual at which Newton's iteration ends, relative to the external force.
-    step_halvings : int
-        How often a step that does not converge may be halved, and its halves again.
-    line_search : bool
-        Shorten steps that make the residual grow; those that turn a particle inside out always are.
+    A derived class defines `one_step`.
     """
 
-    mass: str = "consistent"
-    transfer: str = "nodal"
-    stress_update: str = "usl"
-    traction: str = "end_point"
-    dirichlet: str = "direct"
-    ghost_stiffness: float = 0.0
-    residual_tolerance: float = 1e-8
-    step_halvings: int = 6
-    line_search: bool = True
+    mass: str = setting(
+        "consistent", "mass matrix in the dynamic tangent", options=("lumped", "consistent")
+    )
+    transfer: str = setting(
+        "nodal", "nodal: moving nodes keep velocities; flip: fixed nodes leave them to particles"
+    )
+    stress_update: str = setting(
+        "usl",
+        "only usl: stress and displacement are found together",
+        options=("usl", "usf", "musl"),
+    )
+    traction: str = setting(
+        "end_point",
+        "where a point load acts: at a massless point that follows the boundary, or a particle",
+        options=("end_point", "last_particle"),
+    )
+    dirichlet: str = setting(
+        "direct",
+        "boundary points are held by their nodes, or sum_I N_I(x_d) u_I is held there",
+        options=("direct", "multipliers"),
+    )
+    ghost_stiffness: float = setting(
+        0.0,
+        "of the cells in use in Young's moduli; 1e-6 holds nodes that few particles see",
+        unit="-",
+        least=0.0,
+        below=1.0,
+        by_preset=True,
+    )
+    residual_tolerance: float = setting(
+        1e-8,
+        "of Newton's iteration, relative to the external force",
+        unit="-",
+        least=1e-14,
+        below=1.0,
+    )
+    step_halvings: int = setting(
+        6,
+        "how often a step that does not converge is halved, and its halves again",
+        unit="-",
+        least=0,
+        most=20,
+    )
+    line_search: bool = setting(
+        True,
+        "shorten steps that make the residual grow; if a particle turns inside out, always",
+    )
     implicit: ClassVar[bool] = True
     stress: ClassVar[Any] = staticmethod(kirchhoff_stress)
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_option("mass", self.mass, ("lumped", "consistent"))
+    def check_together(self) -> None:
+        """The transfer exists."""
+        super().check_together()
         find_transfer(self.transfer)
-        require_option("stress_update", self.stress_update, ("usl", "usf", "musl"))
-        require_option("traction", self.traction, ("end_point", "last_particle"))
-        require_option("dirichlet", self.dirichlet, ("direct", "multipliers"))
-        ghost, tolerance = self.ghost_stiffness, self.residual_tolerance
-        require(0.0 <= ghost < 1.0, "ghost_stiffness", ghost, "a number from 0 to 1")
-        require(
-            1e-14 <= tolerance < 1.0, "residual_tolerance", tolerance, "a number from 1e-14 to 1"
-        )
-        halvings = self.step_halvings
-        require(0 <= halvings <= 20, "step_halvings", halvings, "a whole number from 0 to 20")
 
     def check(self, case: Any) -> None:
         """Refuse combinations that make no sense with an implicit time loop."""

@@ -16,6 +16,7 @@ from mpmbench.core.implicit.workspace import Workspace
 from mpmbench.core.loads import body_force, external_force, work_of_loads
 from mpmbench.core.loops.implicit import ImplicitLoop
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 from mpmbench.core.state import State
 from mpmbench.core.transfer.sums import p2g_mass, p2g_momentum
 
@@ -23,26 +24,31 @@ from mpmbench.core.transfer.sums import p2g_mass, p2g_momentum
 @register("method", "newmark")
 @dataclass(frozen=True)
 class Newmark(ImplicitLoop):
-    """Settings of Newmark's method, besides those of every implicit loop.
-
-    Parameters
-    ----------
-    newmark_velocity, newmark_displacement : float
-        Newmark's lambda and zeta (often gamma and beta); 1/2 and 1/4 is the trapezoidal rule.
-    """
+    """Newmark's method; as it is set, it is the trapezoidal rule."""
 
     time: str = "newmark"
-    newmark_velocity: float = 0.5
-    newmark_displacement: float = 0.25
+    newmark_velocity: float = setting(
+        0.5,
+        "lambda of the paper (often gamma); more than 0.5 damps",
+        unit="-",
+        least=0.5,
+        most=1.0,
+    )
+    newmark_displacement: float = setting(
+        0.25,
+        "zeta of the paper (often beta), at least newmark_velocity / 2",
+        unit="-",
+        least=0.25,
+        most=1.0,
+    )
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        velocity, zeta = self.newmark_velocity, self.newmark_displacement
-        require(0.5 <= velocity <= 1.0, "newmark_velocity", velocity, "a number from 0.5 to 1")
+    def check_together(self) -> None:
+        """The method is stable."""
+        super().check_together()
         require(
-            0.5 * velocity <= zeta <= 1.0,
+            0.5 * self.newmark_velocity <= self.newmark_displacement,
             "newmark_displacement",
-            zeta,
+            self.newmark_displacement,
             "at least newmark_velocity / 2 (stability)",
         )
 

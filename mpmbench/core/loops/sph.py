@@ -14,39 +14,31 @@ from scipy.spatial import cKDTree
 
 from mpmbench.core.bases.clouds.sph_kernel import KernelBasis, SmoothedKernel, pair_gradients
 from mpmbench.core.compiled import lean, matrix
-from mpmbench.core.errors import BrokeDown, Diverged, NotApplicable, require_option
+from mpmbench.core.errors import BrokeDown, Diverged, NotApplicable
 from mpmbench.core.loads import body_force, constrain
 from mpmbench.core.loops import TimeLoop
 from mpmbench.core.materials import cauchy_stress
 from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
 from mpmbench.core.state import State
 
 
 @register("method", "sph")
 @dataclass(frozen=True)
 class SmoothedParticles(TimeLoop):
-    """Settings of smoothed particle hydrodynamics.
-
-    Parameters
-    ----------
-    mass : {"lumped"}
-    transfer : {"flip"}
-        Particles keep their velocities.
-    derivatives : {"plain", "symmetric"}
-        Of Eq. 2.5 of Li 2009, or with differences of velocities and sums of stresses.
-    """
+    """The leapfrog of smoothed particle hydrodynamics."""
 
     time: str = "sph"
-    mass: str = "lumped"
-    transfer: str = "flip"
-    derivatives: str = "plain"
+    mass: str = setting("lumped", "only lumped", options=("lumped", "consistent"))
+    transfer: str = setting("flip", "only flip: particles keep their velocities")
+    derivatives: str = setting(
+        "plain",
+        "of Eq. 2.5 of Li 2009, or exact for constants and conserving momentum",
+        options=("plain", "symmetric"),
+    )
     velocity_lag: ClassVar[float] = 0.5
     stress: ClassVar[Any] = staticmethod(cauchy_stress)
     particles_are_nodes: ClassVar[bool] = True
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_option("derivatives", self.derivatives, ("plain", "symmetric"))
 
     def check(self, case: Any) -> None:
         """Refuse other functions, and choices that SPH does not have."""

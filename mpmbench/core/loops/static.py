@@ -18,7 +18,7 @@ from mpmbench.core.state import State
 @register("method", "static")
 @dataclass(frozen=True)
 class Static(ImplicitLoop):
-    """Settings of the loop over load steps: those of every implicit loop."""
+    """The loop over load steps, each of which ends in equilibrium."""
 
     time: str = "static"
     dynamic: ClassVar[bool] = False
