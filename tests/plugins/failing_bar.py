@@ -9,9 +9,8 @@ from pathlib import Path
 import numba
 import numpy as np
 
-from mpmbench.core.errors import NotApplicable, NotConverged, require_option
-from mpmbench.core.registry import register
-from mpmbench.core.state import Loads
+from mpmbench import Loads, NotApplicable, NotConverged, register
+from mpmbench.core.errors import require_option
 from mpmbench.problems.bar_fixed_ends import BarFixedEnds
 
 FAULTS = (
