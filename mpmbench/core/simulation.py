@@ -9,7 +9,7 @@ import numpy as np
 
 from mpmbench.core.bases import Basis, BasisSettings
 from mpmbench.core.bases.frozen import FrozenBasis
-from mpmbench.core.bases.grid.spline import TensorSpline, count_crossings
+from mpmbench.core.bases.grid.product import GridBasis, count_crossings
 from mpmbench.core.energies import first_bad_volume, kinetic_energy, strain_energy
 from mpmbench.core.errors import BrokeDown, Diverged, SolverFailure
 from mpmbench.core.geometry import Geometry
@@ -231,7 +231,7 @@ class Watch:
     def count_crossings(self) -> None:
         """Count the particles that are in another cell of a fixed grid than after the step before."""
         s, p = self.state, self.state.particles
-        if isinstance(s.basis, TensorSpline) and not s.choices.moving:
+        if isinstance(s.basis, GridBasis) and not s.choices.moving:
             self.solution.cell_crossings += count_crossings(s.basis.handle, p.x, self.cells)
 
     def sample(self) -> None:

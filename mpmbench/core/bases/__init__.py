@@ -138,6 +138,7 @@ class StoredBasis(Basis):
         self.handle = self._fill(x, self.handle)
 
 
+@dataclass(frozen=True)
 class BasisSettings(Settings):
     """Base class of the registered dataclasses, whose settings are the keys of the basis.
 

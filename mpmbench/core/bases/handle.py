@@ -1,6 +1,8 @@
-"""What a compiled kernel asks of shape functions, and the version of it for stored values.
+"""What a compiled kernel asks of shape functions, and the answers of stored values.
 
-A kernel reads, for any basis and any dimension::
+A handle is a NamedTuple with the field ``axes``, a tuple with one float per dimension (the length
+matters, not the entries), and ``width``, a field or property: the largest number of functions at
+any point. A kernel reads, for any basis and any dimension::
 
     work, grad_phi = scratch(phi), vector(phi.axes)
     for p in range(start, stop):
@@ -9,24 +11,35 @@ A kernel reads, for any basis and any dimension::
             i = index(phi, at, k)
             phi_i = value(phi, at, k, work, grad_phi)
 
-or, for several sums at once, `spread` and `interpolate`.
+Each of these functions is a question, and a file answers it for its class of handles under
+``@implements(question, Handle)`` (`compiled`). An answer cannot allocate. Every handle must answer
+`locate`, `count`, `index` and `value`; `scratch`, `spread`, `interpolate` and `place` answer
+themselves as they stand here, unless a handle knows better. On grids, `grid.product` answers them
+all from the functions along one axis.
 """
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from mpmbench.core.compiled import implements
+from mpmbench.core.compiled import answers_by_default, implements, kernel, vector
 from mpmbench.core.compiled.rows import add_multiple
 
 
-def scratch(phi: Any) -> Any:
-    """Working memory of one kernel call."""
-    raise NotImplementedError
+@answers_by_default
+def scratch(phi):  # type: ignore[no-untyped-def]
+    """Working memory of one kernel call, as a tuple of arrays; none by default.
+
+    It must be a tuple even of one array: compiled code cannot return an array that it made.
+    """
+    return ()
 
 
 def locate(phi: Any, x: np.ndarray, p: int, work: Any) -> int:
-    """Prepare the functions at point `p` of `x`; points with the same answer have the same nodes (a grid cell)."""
+    """Prepare the functions at point `p` of `x`, shape (n, dim).
+
+    Points with the same answer, such as the number of a grid cell, must have the same nodes.
+    """
     raise NotImplementedError
 
 
@@ -41,23 +54,50 @@ def index(phi: Any, at: int, k: int) -> int:
 
 
 def value(phi: Any, at: int, k: int, work: Any, grad_phi: np.ndarray) -> float:
-    """Value of the `k`-th function at the point located last; its gradient [1/m] is written to `grad_phi`."""
+    """Value of the `k`-th function at the point located last; `grad_phi` receives its gradient [1/m]."""
     raise NotImplementedError
 
 
-def spread(phi: Any, at: int, work: Any, lanes: Any, columns: np.ndarray, cell: np.ndarray) -> None:
-    """Add ``phi_k columns[0] + sum_d (d phi_k / d x_d) columns[1 + d]`` to ``cell[k]`` for all functions k.
+@answers_by_default
+def spread(phi, at, work, lanes, columns, cell):  # type: ignore[no-untyped-def]
+    """Add ``phi_k columns[0] + sum_d (d phi_k / d x_d) columns[1 + d]`` to ``cell[k]`` for all k.
 
     `columns` has dim + 1 rows, and all rows are as long as the tuple `lanes`.
     """
-    raise NotImplementedError
+    grad_phi = vector(phi.axes)
+    for k in range(count(phi, at)):
+        add_multiple(lanes, cell, k, value(phi, at, k, work, grad_phi), columns, 0)
+        for d in range(len(phi.axes)):
+            add_multiple(lanes, cell, k, grad_phi[d], columns, 1 + d)
 
 
-def interpolate(
-    phi: Any, at: int, work: Any, lanes: Any, cell: np.ndarray, sums: np.ndarray
-) -> None:
-    """Write ``sum_k phi_k cell[k]`` to ``sums[0]`` and ``sum_k (d phi_k / d x_d) cell[k]`` to ``sums[1 + d]``."""
-    raise NotImplementedError
+@answers_by_default
+def interpolate(phi, at, work, lanes, cell, sums):  # type: ignore[no-untyped-def]
+    """Write ``sum_k phi_k cell[k]`` to ``sums[0]``, and its gradient to ``sums[1 + d]``."""
+    grad_phi = vector(phi.axes)
+    for r in range(1 + len(phi.axes)):
+        for c in range(len(lanes)):
+            sums[r, c] = 0.0
+    for k in range(count(phi, at)):
+        add_multiple(lanes, sums, 0, value(phi, at, k, work, grad_phi), cell, k)
+        for d in range(len(phi.axes)):
+            add_multiple(lanes, sums, 1 + d, grad_phi[d], cell, k)
+
+
+@answers_by_default
+def place(phi, columns, i, k, j, n):  # type: ignore[no-untyped-def]
+    """Place of column j in row i of a matrix whose rows have the ascending `columns`, shape (N, K).
+
+    i and j are the k-th and n-th functions at a point. Returns -1 where there is no such column.
+    """
+    low, high = 0, columns.shape[1]
+    while low < high:  # unused places repeat a column beyond all others
+        middle = (low + high) // 2
+        if columns[i, middle] < j:
+            low = middle + 1
+        else:
+            high = middle
+    return low if low < columns.shape[1] and columns[i, low] == j else -1
 
 
 class Stencils(NamedTuple):
@@ -115,11 +155,6 @@ class Stencils(NamedTuple):
         return dense
 
 
-@implements(scratch, Stencils)
-def _scratch(phi):  # type: ignore[no-untyped-def]
-    return 0
-
-
 @implements(locate, Stencils)
 def _locate(phi, x, p, work):  # type: ignore[no-untyped-def]
     return p
@@ -142,20 +177,15 @@ def _value(phi, at, k, work, grad_phi):  # type: ignore[no-untyped-def]
     return phi.phi[at, k]
 
 
-@implements(spread, Stencils)
-def _spread(phi, at, work, lanes, columns, cell):  # type: ignore[no-untyped-def]
-    for k in range(phi.size[at]):
-        add_multiple(lanes, cell, k, phi.phi[at, k], columns, 0)
-        for d in range(len(phi.axes)):
-            add_multiple(lanes, cell, k, phi.grad_phi[at, k, d], columns, 1 + d)
-
-
-@implements(interpolate, Stencils)
-def _interpolate(phi, at, work, lanes, cell, sums):  # type: ignore[no-untyped-def]
-    for r in range(1 + len(phi.axes)):
-        for c in range(len(lanes)):
-            sums[r, c] = 0.0
-    for k in range(phi.size[at]):
-        add_multiple(lanes, sums, 0, phi.phi[at, k], cell, k)
-        for d in range(len(phi.axes)):
-            add_multiple(lanes, sums, 1 + d, phi.grad_phi[at, k, d], cell, k)
+@kernel
+def fill(phi, x, size, nodes, values, gradients):  # type: ignore[no-untyped-def]
+    """Store the functions of any handle at points x, shape (n, dim), in the arrays of `Stencils`."""
+    work, grad_phi = scratch(phi), vector(phi.axes)
+    for p in range(x.shape[0]):
+        at = locate(phi, x, p, work)
+        size[p] = count(phi, at)
+        for k in range(size[p]):
+            nodes[p, k] = index(phi, at, k)
+            values[p, k] = value(phi, at, k, work, grad_phi)
+            for d in range(len(phi.axes)):
+                gradients[p, k, d] = grad_phi[d]

@@ -10,8 +10,8 @@ import numpy as np
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.cells.simplices import FixedSimplices
-from mpmbench.core.bases.grid.spline import TensorSpline, fill
-from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.bases.grid.spline import TensorSpline
+from mpmbench.core.bases.handle import Stencils, fill
 from mpmbench.core.compiled import kernel
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import simplex_volumes, tensor_points

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from mpmbench.core.bases.grid.spline import fill
-from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.bases.handle import Stencils, fill
 from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.constraints import HeldPoints
 from mpmbench.core.implicit.ghost import ghost_of

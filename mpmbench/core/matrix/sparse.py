@@ -5,46 +5,19 @@ unused places hold 0. On tensor grids the place of a pair in its row depends onl
 functions, so assembly is plain arithmetic; elsewhere it is searched for.
 """
 
+from typing import Any
+
 import numpy as np
 from scipy.sparse import csc_array, csr_array, eye_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from mpmbench.core.bases import Basis
-from mpmbench.core.bases.grid.spline import TensorGrid
-from mpmbench.core.bases.handle import Stencils, count, index, locate, scratch, value
-from mpmbench.core.compiled import fallback, implements, kernel, vector
+from mpmbench.core.bases.grid.product import GridBasis
+from mpmbench.core.bases.handle import Stencils, count, index, locate, place, scratch, value
+from mpmbench.core.compiled import kernel, vector
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.matrix.conjugate_gradients import conjugate_gradients, matrix_product
 from mpmbench.core.particles import Particles
-
-
-def place(phi, columns, i, k, j, n):  # type: ignore[no-untyped-def]
-    """Place of column j in row i, the k-th and n-th functions at a point; -1 if there is none."""
-    raise NotImplementedError
-
-
-@implements(place, TensorGrid)
-def _place_on_grid(phi, columns, i, k, j, n):  # type: ignore[no-untyped-def]
-    order = len(phi.order)
-    where, stride = 0, 1
-    for _ in range(len(phi.axes)):
-        where += (n % order - k % order + order - 1) * stride
-        stride *= 2 * order - 1
-        n //= order
-        k //= order
-    return where
-
-
-@fallback(place)
-def _place_in_row(phi, columns, i, k, j, n):  # type: ignore[no-untyped-def]
-    low, high = 0, columns.shape[1]
-    while low < high:  # unused places repeat a column beyond all others
-        middle = (low + high) // 2
-        if columns[i, middle] < j:
-            low = middle + 1
-        else:
-            high = middle
-    return low if low < columns.shape[1] and columns[i, low] == j else -1
 
 
 @kernel
@@ -150,11 +123,11 @@ class DirectMass(SparseMass):
 def pattern(basis: Basis, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Columns of each row, shape (N, width), and the place of the diagonal, shape (N,).
 
-    On tensor grids all pairs within the degree, whether or not particles see them; with any other
+    On product grids all pairs within reach, whether or not particles see them; with any other
     handle the pairs that particles see, which is made anew when a new pair appears.
     """
     n, handle = len(basis.nodes), basis.handle
-    if isinstance(handle, TensorGrid):
+    if isinstance(basis, GridBasis):
         return grid_pattern(handle)
     stored = handle if isinstance(handle, Stencils) else basis.evaluate(x)
     used = np.arange(stored.width) < stored.size[:, None]
@@ -170,7 +143,7 @@ def pattern(basis: Basis, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return columns, place_in_row[pairs.indices == row]
 
 
-def grid_pattern(grid: TensorGrid) -> tuple[np.ndarray, np.ndarray]:
+def grid_pattern(grid: Any) -> tuple[np.ndarray, np.ndarray]:
     """Neighbours within the degree along each axis; beyond the grid the row itself, worth 0."""
     reach = np.arange(1 - len(grid.order), len(grid.order))
     n = int(np.prod(grid.shape))

@@ -6,9 +6,9 @@ import numpy as np
 from numba import njit
 
 from mpmbench.core.bases.grid.bspline import BSpline
-from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.bases.handle import Stencils, place
 from mpmbench.core.geometry import Box
-from mpmbench.core.matrix.sparse import pattern, place
+from mpmbench.core.matrix.sparse import pattern
 
 
 class OwnHandle(NamedTuple):

@@ -1,0 +1,55 @@
+"""A grid basis is one function along an axis: uniform GIMP as a plug-in of at most 45 lines."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mpmbench import case
+from mpmbench.analysis.convergence import fitted_order
+from mpmbench.core import registry
+from mpmbench.core.errors import NotApplicable
+from mpmbench.core.matrix import mass
+from tests.core.support import compose
+
+FILE = Path(__file__).parents[1] / "plugins/bases/gimp.py"
+BAR = {"problem": "bar_fixed_ends", "method": "mpm", "particles_per_cell": 4, "time_step": 1e-6}
+
+
+@pytest.fixture(autouse=True)
+def gimp(monkeypatch) -> None:
+    monkeypatch.setenv("MPMBENCH_PLUGINS", str(FILE.parent))
+    registry.load_file(FILE)
+
+
+def error(basis: str, resolution: int, **more: object) -> float:
+    config = compose(**(BAR | {"basis": basis, "resolution": resolution} | more))
+    result = case.solve(config)
+    assert result.status == "ok", result.reason
+    return float(result.error_displacement_rms)
+
+
+def test_the_plugin_is_short() -> None:
+    assert len(FILE.read_text().splitlines()) <= 45
+
+
+def test_it_converges_with_order_two() -> None:
+    cells = np.array([8, 16, 32])
+    errors = np.array([error("gimp", n) for n in cells])
+    assert fitted_order(1.0 / cells, errors) == pytest.approx(2.0, abs=0.2)
+
+
+def test_a_handle_of_its_own_works_with_a_sparse_consistent_mass(monkeypatch) -> None:
+    """Mass matrices used to know the splines' handle and took any other for stored values."""
+    monkeypatch.setattr(mass, "WIDEST_BAND", 0)
+    plate = {"problem": "plate_axis_aligned", "time_step": 1e-4, "end_time": 1e-3}
+    lumped, consistent = (
+        error("gimp", 8, particles_per_cell=16, **plate, **{"method__mass": kind})
+        for kind in ("lumped", "consistent")
+    )
+    assert consistent < lumped
+
+
+def test_its_nodes_stay() -> None:
+    with pytest.raises(NotApplicable, match="cannot move"):
+        case.read(compose(**(BAR | {"basis": "gimp", "resolution": 8, "method__nodes": "moving"})))
