@@ -46,13 +46,13 @@ def cases(name: str) -> list[MaterialCase]:
 
 
 @kernel
-def stress_of(law, axes, F, state, sigma):  # type: ignore[no-untyped-def]
+def stress_of(law, axes, F, state, sigma):
     """Cauchy stress without a rate."""
     cauchy_stress(law, axes, F, np.zeros_like(F), 1.0, state, sigma)
 
 
 @kernel
-def energy_of(law, axes, F, state):  # type: ignore[no-untyped-def]
+def energy_of(law, axes, F, state):
     """Stored energy."""
     return energy_density(law, axes, F, state)
 

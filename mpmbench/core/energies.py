@@ -5,7 +5,7 @@ from mpmbench.core.materials import energy_density
 
 
 @kernel
-def strain_energy(law, axes, F, state, V0):  # type: ignore[no-untyped-def]
+def strain_energy(law, axes, F, state, V0):
     """Stored energy of all particles [J]."""
     total = 0.0
     F_p = matrix(axes, axes)
@@ -19,7 +19,7 @@ def strain_energy(law, axes, F, state, V0):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def kinetic_energy(m, v):  # type: ignore[no-untyped-def]
+def kinetic_energy(m, v):
     """``sum_p m_p |v_p|^2 / 2`` [J]."""
     total = 0.0
     for p in range(v.shape[0]):
@@ -29,7 +29,7 @@ def kinetic_energy(m, v):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def first_bad_volume(V, V0):  # type: ignore[no-untyped-def]
+def first_bad_volume(V, V0):
     """Number of the first particle whose volume is not positive and finite, -1 if there is none."""
     for p in range(V.shape[0]):
         if V0[p] > 0.0 and not (0.0 < V[p] < 1e300):

@@ -124,7 +124,7 @@ class PlateAxisAligned(Problem):
 
 
 @kernel
-def manufactured_force(X, A, length, s, rho, lame, shear, young, b):  # type: ignore[no-untyped-def]
+def manufactured_force(X, A, length, s, rho, lame, shear, young, b):
     """``b_i = (pi^2 u_i/(rho_0 l^2)) {(4/F_i^2) [lambda (1 - ln J) + mu (1 + F_i^2)] - E}``; s is sin(c pi t/l)."""
     k = 2.0 * np.pi / length
     for p in range(X.shape[0]):

@@ -30,7 +30,7 @@ class SimoPister(IsotropicElastic):
 
 
 @implements(cauchy_stress, SimoPisterLaw)
-def _stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
+def _stress(law, axes, F, L, dt, state, sigma):
     J = determinant(axes, F)
     for i in range(len(axes)):
         for j in range(len(axes)):
@@ -42,7 +42,7 @@ def _stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
 
 
 @implements(energy_density, SimoPisterLaw)
-def _energy(law, axes, F, state):  # type: ignore[no-untyped-def]
+def _energy(law, axes, F, state):
     J = determinant(axes, F)
     stretch = 0.0
     for i in range(len(axes)):

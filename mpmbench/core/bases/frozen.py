@@ -9,7 +9,7 @@ from mpmbench.core.compiled.algebra import inverse
 
 
 @kernel
-def push_forward(axes, reference, F, grad_phi):  # type: ignore[no-untyped-def]
+def push_forward(axes, reference, F, grad_phi):
     """``grad phi = F^-T Grad phi`` for every particle.
 
     Gradients have the shape (P, K, dim), F has (P, dim, dim).

@@ -27,7 +27,7 @@ from mpmbench.core.compiled.rows import add_multiple
 
 
 @answers_by_default
-def scratch(phi):  # type: ignore[no-untyped-def]
+def scratch(phi):
     """Working memory of one kernel call, as a tuple of arrays; none by default.
 
     It must be a tuple even of one array: compiled code cannot return an array that it made.
@@ -59,7 +59,7 @@ def value(phi: Any, at: int, k: int, work: Any, grad_phi: np.ndarray) -> float:
 
 
 @answers_by_default
-def spread(phi, at, work, lanes, columns, cell):  # type: ignore[no-untyped-def]
+def spread(phi, at, work, lanes, columns, cell):
     """Add ``phi_k columns[0] + sum_d (d phi_k / d x_d) columns[1 + d]`` to ``cell[k]`` for all k.
 
     `columns` has dim + 1 rows, and all rows are as long as the tuple `lanes`.
@@ -72,7 +72,7 @@ def spread(phi, at, work, lanes, columns, cell):  # type: ignore[no-untyped-def]
 
 
 @answers_by_default
-def interpolate(phi, at, work, lanes, cell, sums):  # type: ignore[no-untyped-def]
+def interpolate(phi, at, work, lanes, cell, sums):
     """Write ``sum_k phi_k cell[k]`` to ``sums[0]``, and its gradient to ``sums[1 + d]``."""
     grad_phi = vector(phi.axes)
     for r in range(1 + len(phi.axes)):
@@ -85,7 +85,7 @@ def interpolate(phi, at, work, lanes, cell, sums):  # type: ignore[no-untyped-de
 
 
 @answers_by_default
-def place(phi, columns, i, k, j, n):  # type: ignore[no-untyped-def]
+def place(phi, columns, i, k, j, n):
     """Place of column j in row i of a matrix whose rows have the ascending `columns`, shape (N, K).
 
     i and j are the k-th and n-th functions at a point. Returns -1 where there is no such column.
@@ -156,29 +156,29 @@ class Stencils(NamedTuple):
 
 
 @implements(locate, Stencils)
-def _locate(phi, x, p, work):  # type: ignore[no-untyped-def]
+def _locate(phi, x, p, work):
     return p
 
 
 @implements(count, Stencils)
-def _count(phi, at):  # type: ignore[no-untyped-def]
+def _count(phi, at):
     return phi.size[at]
 
 
 @implements(index, Stencils)
-def _index(phi, at, k):  # type: ignore[no-untyped-def]
+def _index(phi, at, k):
     return phi.index[at, k]
 
 
 @implements(value, Stencils)
-def _value(phi, at, k, work, grad_phi):  # type: ignore[no-untyped-def]
+def _value(phi, at, k, work, grad_phi):
     for d in range(len(phi.axes)):
         grad_phi[d] = phi.grad_phi[at, k, d]
     return phi.phi[at, k]
 
 
 @kernel
-def fill(phi, x, size, nodes, values, gradients):  # type: ignore[no-untyped-def]
+def fill(phi, x, size, nodes, values, gradients):
     """Store the functions of any handle at points x, shape (n, dim), in the arrays of `Stencils`."""
     work, grad_phi = scratch(phi), vector(phi.axes)
     for p in range(x.shape[0]):

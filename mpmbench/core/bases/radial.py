@@ -13,7 +13,7 @@ WEIGHTS = {"cubic_spline": CUBIC_SPLINE, "quartic_spline": QUARTIC_SPLINE, "gaus
 
 
 @inlined
-def cubic_spline(square):  # type: ignore[no-untyped-def]
+def cubic_spline(square):
     """The cubic spline with w(0) = 2/3 (Wobbes 2020, Eq. 89); for t <= 1."""
     t = math.sqrt(square)
     rest = 1.0 - t
@@ -24,7 +24,7 @@ def cubic_spline(square):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def quartic_spline(square):  # type: ignore[no-untyped-def]
+def quartic_spline(square):
     """The quartic spline with w(0) = 1 (Wobbes 2020, Eq. 90); for t <= 1."""
     t = math.sqrt(square)
     return 1.0 - square * (6.0 - 8.0 * t + 3.0 * square), -12.0 * (1.0 - t) * (1.0 - t)

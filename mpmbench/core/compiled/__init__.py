@@ -68,7 +68,7 @@ def implements(
     """
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
-        def choose(first, *rest):  # type: ignore[no-untyped-def]
+        def choose(first, *rest):
             return function if getattr(first, "instance_class", None) is handle else None
 
         overload(stub, jit_options=INLINED, strict=False)(choose)
@@ -87,7 +87,7 @@ def fallback(
     """
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
-        def choose(first, *rest):  # type: ignore[no-untyped-def]
+        def choose(first, *rest):
             handle = getattr(first, "instance_class", None)
             if handle is None or (stub.__name__, handle) in _versions:
                 return None
@@ -108,7 +108,7 @@ def answers_by_default(stub: Callable[..., Any]) -> Any:
 generated: Any = intrinsic
 
 
-def _stack_array(context, builder, array, shape):  # type: ignore[no-untyped-def]
+def _stack_array(context, builder, array, shape):
     """Uninitialised float64 array on the stack."""
     length = 1
     for n in shape:
@@ -128,22 +128,22 @@ def _stack_array(context, builder, array, shape):  # type: ignore[no-untyped-def
 
 
 @generated
-def vector(typingctx, axes):  # type: ignore[no-untyped-def]
+def vector(typingctx, axes):
     """Uninitialised float64 array as long as the tuple, on the stack."""
     array = types.Array(types.float64, 1, "C")
 
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    def generate(context, builder, signature, arguments):
         return _stack_array(context, builder, array, [axes.count])
 
     return array(axes), generate
 
 
 @generated
-def matrix(typingctx, rows, columns):  # type: ignore[no-untyped-def]
+def matrix(typingctx, rows, columns):
     """Uninitialised float64 array of ``len(rows) x len(columns)``, on the stack."""
     array = types.Array(types.float64, 2, "C")
 
-    def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
+    def generate(context, builder, signature, arguments):
         return _stack_array(context, builder, array, [rows.count, columns.count])
 
     return array(rows, columns), generate

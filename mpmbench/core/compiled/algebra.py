@@ -6,7 +6,7 @@ from mpmbench.core.compiled import inlined
 
 
 @inlined
-def length(axes, a):  # type: ignore[no-untyped-def]
+def length(axes, a):
     """Euclidean length of a vector."""
     square = 0.0
     for d in range(len(axes)):
@@ -15,7 +15,7 @@ def length(axes, a):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def determinant(axes, A):  # type: ignore[no-untyped-def]
+def determinant(axes, A):
     """``det A``."""
     if len(axes) == 1:
         return A[0, 0]
@@ -29,7 +29,7 @@ def determinant(axes, A):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def inverse(axes, A, B):  # type: ignore[no-untyped-def]
+def inverse(axes, A, B):
     """``B = A^-1``; returns the determinant."""
     det = determinant(axes, A)
     r = 1.0 / det
@@ -48,7 +48,7 @@ def inverse(axes, A, B):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def multiply(axes, A, B, C):  # type: ignore[no-untyped-def]
+def multiply(axes, A, B, C):
     """``C = A B``; C must not be A or B."""
     for i in range(len(axes)):
         for j in range(len(axes)):
@@ -59,7 +59,7 @@ def multiply(axes, A, B, C):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def multiply_transposed(axes, A, B, C):  # type: ignore[no-untyped-def]
+def multiply_transposed(axes, A, B, C):
     """``C = A B^T``; C must not be A or B."""
     for i in range(len(axes)):
         for j in range(len(axes)):

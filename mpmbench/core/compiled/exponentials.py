@@ -15,13 +15,13 @@ TERMS = tuple(1.0 / math.factorial(k) for k in range(14))
 
 
 @inlined
-def whole_lanes(count):  # type: ignore[no-untyped-def]
+def whole_lanes(count):
     """Least multiple of LANES that is not less than `count`."""
     return (count + LANES - 1) // LANES * LANES
 
 
 @inlined
-def exponentiate(values, count):  # type: ignore[no-untyped-def]
+def exponentiate(values, count):
     """Replace ``values[:count]`` by their exponentials, to the last bit or two.
 
     exp(x) = 2^n exp(r) with n the integer nearest to x / ln 2 and a Taylor polynomial of degree 13
@@ -49,7 +49,7 @@ def exponentiate(values, count):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def exponentials(axes, multiplier, dx, shift, values, count):  # type: ignore[no-untyped-def]
+def exponentials(axes, multiplier, dx, shift, values, count):
     """``values[k] = exp(-sum_d multiplier[d] dx[d, k] - shift)`` for ``k < count``."""
     for k in range(count):
         values[k] = -shift

@@ -25,11 +25,11 @@ def lanes_for(columns: int) -> tuple[float, ...]:
 def _row_operation(combine: Callable[..., Any]) -> Any:
     """An operation ``(lanes, target, i, factor, source, j)`` that writes ``target[i, :]``."""
 
-    def operation(typingctx, lanes, target, i, factor, source, j):  # type: ignore[no-untyped-def]
+    def operation(typingctx, lanes, target, i, factor, source, j):
         row = ir.VectorType(ir.DoubleType(), lanes.count)
 
-        def generate(context, builder, signature, arguments):  # type: ignore[no-untyped-def]
-            def place(kind, array, number):  # type: ignore[no-untyped-def]
+        def generate(context, builder, signature, arguments):
+            def place(kind, array, number):
                 start = [number, context.get_constant(types.intp, 0)]
                 data = make_array(kind)(context, builder, array)
                 pointer = cgutils.get_item_pointer(
@@ -53,23 +53,23 @@ def _row_operation(combine: Callable[..., Any]) -> Any:
     return generated(operation)
 
 
-def _multiply(builder, a, b):  # type: ignore[no-untyped-def]
+def _multiply(builder, a, b):
     return builder.fmul(a, b, flags=CONTRACT)
 
 
-def _add(builder, a, b):  # type: ignore[no-untyped-def]
+def _add(builder, a, b):
     return builder.fadd(a, b, flags=CONTRACT)
 
 
-def _scaled(builder, old, factor, row):  # type: ignore[no-untyped-def]
+def _scaled(builder, old, factor, row):
     return _multiply(builder, factor, row)
 
 
-def _plus_scaled(builder, old, factor, row):  # type: ignore[no-untyped-def]
+def _plus_scaled(builder, old, factor, row):
     return _add(builder, old(), _multiply(builder, factor, row))
 
 
-def _horner(builder, old, factor, row):  # type: ignore[no-untyped-def]
+def _horner(builder, old, factor, row):
     return _add(builder, _multiply(builder, old(), factor), row)
 
 

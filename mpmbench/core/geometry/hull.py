@@ -10,7 +10,7 @@ ROUNDING = 1e-12  # of the size of the hull: points on it count as inside
 
 
 @kernel
-def _first_outside(x, lower, upper, normals, offsets):  # type: ignore[no-untyped-def]
+def _first_outside(x, lower, upper, normals, offsets):
     """Facets are asked only about points outside the box ``lower..upper``, which lies inside the hull."""
     for p in range(x.shape[0]):
         boxed = True

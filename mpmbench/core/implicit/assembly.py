@@ -29,7 +29,7 @@ class Iterate(NamedTuple):
 
 
 @kernel
-def equilibrium(law, phi, start, du, iterate, force, slot, blocks):  # type: ignore[no-untyped-def]
+def equilibrium(law, phi, start, du, iterate, force, slot, blocks):
     """Add the internal force and its derivative by the increment of displacement.
 
     ``f_I += sum_p V0_p tau_p grad N_I`` and ``K_IJ += sum_p V0_p grad N_I . a_p . grad N_J`` with
@@ -88,7 +88,7 @@ def equilibrium(law, phi, start, du, iterate, force, slot, blocks):  # type: ign
 
 
 @inlined
-def displacement_gradient(phi, p, du, increment):  # type: ignore[no-untyped-def]
+def displacement_gradient(phi, p, du, increment):
     """``DF = I + sum_I Du_I (x) grad_n N_I`` at particle p."""
     dim = len(phi.axes)
     for a in range(dim):
@@ -102,7 +102,7 @@ def displacement_gradient(phi, p, du, increment):  # type: ignore[no-untyped-def
 
 
 @inlined
-def push_forward(phi, p, inverse_increment, grad):  # type: ignore[no-untyped-def]
+def push_forward(phi, p, inverse_increment, grad):
     """``grad N_I = DF^-T grad_n N_I`` at particle p."""
     dim = len(phi.axes)
     for k in range(phi.size[p]):
@@ -114,7 +114,7 @@ def push_forward(phi, p, inverse_increment, grad):  # type: ignore[no-untyped-de
 
 
 @inlined
-def add_force(phi, p, V0, tau, grad, force):  # type: ignore[no-untyped-def]
+def add_force(phi, p, V0, tau, grad, force):
     """``f_I += V0 tau grad N_I`` of particle p."""
     dim = len(phi.axes)
     for k in range(phi.size[p]):
@@ -127,7 +127,7 @@ def add_force(phi, p, V0, tau, grad, force):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def contract(axes, V0, grad, k, moduli, half):  # type: ignore[no-untyped-def]
+def contract(axes, V0, grad, k, moduli, half):
     """``half_abd = V0 sum_c (grad N_k)_c a_acbd``."""
     dim = len(axes)
     for a in range(dim):
@@ -140,7 +140,7 @@ def contract(axes, V0, grad, k, moduli, half):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def add_block(axes, half, grad, n, blocks, s):  # type: ignore[no-untyped-def]
+def add_block(axes, half, grad, n, blocks, s):
     """``K_ab += sum_d half_abd (grad N_n)_d`` in block s."""
     dim = len(axes)
     for a in range(dim):
@@ -152,7 +152,7 @@ def add_block(axes, half, grad, n, blocks, s):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def add_mass(phi, m, slot, blocks):  # type: ignore[no-untyped-def]
+def add_mass(phi, m, slot, blocks):
     """``M_IJ += sum_p m_p N_I N_J`` [kg], shape (blocks,)."""
     for p in range(phi.size.shape[0]):
         for k in range(phi.size[p]):
@@ -163,7 +163,7 @@ def add_mass(phi, m, slot, blocks):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def add_laplacian(phi, V0, stiffness, slot, blocks):  # type: ignore[no-untyped-def]
+def add_laplacian(phi, V0, stiffness, slot, blocks):
     """``K_IJ += stiffness sum_p V0_p (grad N_I . grad N_J) I``, shape (blocks, dim, dim)."""
     for p in range(phi.size.shape[0]):
         for k in range(phi.size[p]):
@@ -178,7 +178,7 @@ def add_laplacian(phi, V0, stiffness, slot, blocks):  # type: ignore[no-untyped-
 
 
 @kernel
-def interpolate(phi, u, out):  # type: ignore[no-untyped-def]
+def interpolate(phi, u, out):
     """``out_p = sum_I N_I u_I``, shape (P, dim)."""
     total = vector(phi.axes)
     for p in range(phi.size.shape[0]):
@@ -192,7 +192,7 @@ def interpolate(phi, u, out):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def commit(axes, V0, F_new, state_new, tau, F, state, V, sigma):  # type: ignore[no-untyped-def]
+def commit(axes, V0, F_new, state_new, tau, F, state, V, sigma):
     """Take over the converged state: F, history, ``V = J V_0`` and ``sigma = tau / J``."""
     for p in range(V0.shape[0]):
         if V0[p] == 0.0:

@@ -65,7 +65,7 @@ class HeldPoints:
 
 
 @kernel
-def add_augmentation(phi, point, component, stiffness, slot, blocks):  # type: ignore[no-untyped-def]
+def add_augmentation(phi, point, component, stiffness, slot, blocks):
     """Add ``stiffness G^T G`` to the blocks; `slot` has the shape (n, K, K).
 
     It changes nothing where the constraint ``G u = u_d`` is met, and makes the matrix definite.

@@ -92,7 +92,7 @@ class GhostGrid:
 
 
 @kernel
-def add_ghost(phi, point, laplace, stiffness, du, force, slot, blocks):  # type: ignore[no-untyped-def]
+def add_ghost(phi, point, laplace, stiffness, du, force, slot, blocks):
     """Add ``eps E L du`` to the forces, shape (N, dim), and ``eps E L`` to the blocks."""
     for c in range(point.shape[0]):
         p = point[c]

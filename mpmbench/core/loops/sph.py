@@ -101,7 +101,7 @@ class SmoothedParticles(TimeLoop):
 
 
 @lean
-def update_stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
+def update_stress(law, axes, F, L, dt, state, sigma):
     """Cauchy stresses of all particles from their deformation and velocity gradients."""
     F_p, L_p, sigma_p = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
     for p in range(F.shape[0]):

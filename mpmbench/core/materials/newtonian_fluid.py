@@ -52,7 +52,7 @@ class NewtonianFluid(Material):
 
 
 @implements(cauchy_stress, NewtonianLaw)
-def _stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
+def _stress(law, axes, F, L, dt, state, sigma):
     J = determinant(axes, F)
     dilatation = 0.0
     for i in range(len(axes)):
@@ -64,6 +64,6 @@ def _stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
 
 
 @implements(energy_density, NewtonianLaw)
-def _energy(law, axes, F, state):  # type: ignore[no-untyped-def]
+def _energy(law, axes, F, state):
     J = determinant(axes, F)
     return 0.25 * law.bulk * (J * J - 2.0 * np.log(J) - 1.0)

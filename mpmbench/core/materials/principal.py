@@ -14,7 +14,7 @@ EQUAL = 1e-7
 
 
 @kernel
-def identity(out):  # type: ignore[no-untyped-def]
+def identity(out):
     """``out = I``, shape (3, 3)."""
     for i in range(3):
         for j in range(3):
@@ -22,7 +22,7 @@ def identity(out):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def embed(axes, A, out):  # type: ignore[no-untyped-def]
+def embed(axes, A, out):
     """Copy a (dim, dim) deformation gradient into a 3 x 3 one in plane strain."""
     identity(out)
     for i in range(len(axes)):
@@ -31,7 +31,7 @@ def embed(axes, A, out):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def congruence(A, B, out):  # type: ignore[no-untyped-def]
+def congruence(A, B, out):
     """``out = A B A^T`` of 3 x 3 matrices with B symmetric."""
     for i in range(3):
         for j in range(3):
@@ -43,7 +43,7 @@ def congruence(A, B, out):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def eigensystem(B, values, vectors):  # type: ignore[no-untyped-def]
+def eigensystem(B, values, vectors):
     """Eigenvalues of a symmetric 3 x 3 matrix, descending, and eigenvectors as columns; B is lost.
 
     By Jacobi's method: small eigenvalues keep their relative precision, and a matrix that is
@@ -83,7 +83,7 @@ def eigensystem(B, values, vectors):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def logarithmic_strains(b, strain, vectors):  # type: ignore[no-untyped-def]
+def logarithmic_strains(b, strain, vectors):
     """Principal strains ``ln(b) / 2``, descending, and axes of a tensor b, which is lost."""
     eigensystem(b, strain, vectors)
     for a in range(3):
@@ -91,7 +91,7 @@ def logarithmic_strains(b, strain, vectors):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def trial_state(axes, increment, b, strain, vectors):  # type: ignore[no-untyped-def]
+def trial_state(axes, increment, b, strain, vectors):
     """``b <- DF b DF^T``, and its principal strains and axes."""
     full, work = matrix(THREE, THREE), matrix(THREE, THREE)
     embed(axes, increment, full)
@@ -103,7 +103,7 @@ def trial_state(axes, increment, b, strain, vectors):  # type: ignore[no-untyped
 
 
 @kernel
-def assemble(values, vectors, axes, out):  # type: ignore[no-untyped-def]
+def assemble(values, vectors, axes, out):
     """``sum_A values_A n_A (x) n_A``, the leading (dim, dim) part."""
     for i in range(len(axes)):
         for j in range(len(axes)):
@@ -114,7 +114,7 @@ def assemble(values, vectors, axes, out):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def spatial_moduli(axes, strain, tau, D, vectors, moduli):  # type: ignore[no-untyped-def]
+def spatial_moduli(axes, strain, tau, D, vectors, moduli):
     """Moduli of `kirchhoff_stress` from principal ones, ``D_AB = d tau_A / d strain_B``.
 
     The shear terms ``(tau_A l_B^2 - tau_B l_A^2) / (l_A^2 - l_B^2)`` with stretches l = exp(strain)
@@ -157,7 +157,7 @@ def spatial_moduli(axes, strain, tau, D, vectors, moduli):  # type: ignore[no-un
 
 
 @kernel
-def principal_moduli(lame, shear, D):  # type: ignore[no-untyped-def]
+def principal_moduli(lame, shear, D):
     """``d tau_A / d strain_B`` of Hencky elasticity, shape (3, 3)."""
     for a in range(3):
         for b in range(3):
@@ -165,7 +165,7 @@ def principal_moduli(lame, shear, D):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def hencky_stress(lame, shear, strain, tau):  # type: ignore[no-untyped-def]
+def hencky_stress(lame, shear, strain, tau):
     """``tau_A = lambda tr(strain) + 2 mu strain_A``."""
     trace = strain[0] + strain[1] + strain[2]
     for a in range(3):
@@ -173,7 +173,7 @@ def hencky_stress(lame, shear, strain, tau):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def hencky_energy(lame, shear, strain):  # type: ignore[no-untyped-def]
+def hencky_energy(lame, shear, strain):
     """``lambda tr(strain)^2 / 2 + mu strain : strain`` [J/m^3]."""
     trace = strain[0] + strain[1] + strain[2]
     square = strain[0] ** 2 + strain[1] ** 2 + strain[2] ** 2

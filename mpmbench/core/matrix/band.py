@@ -55,7 +55,7 @@ class BandMass:
 
 
 @lean
-def assemble_band(phi, x, m, band):  # type: ignore[no-untyped-def]
+def assemble_band(phi, x, m, band):
     """Sum the lower band of the mass matrix: ``band[i, i - j] = sum_p m_p phi_i phi_j`` for j <= i.
 
     Returns the largest i - j that was met; when that does not fit, the band must be widened and
@@ -77,7 +77,7 @@ def assemble_band(phi, x, m, band):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def band_product(band, a):  # type: ignore[no-untyped-def]
+def band_product(band, a):
     """Product of the symmetric band with each column of `a`."""
     out = np.zeros_like(a)
     for i in range(a.shape[0]):
@@ -90,7 +90,7 @@ def band_product(band, a):  # type: ignore[no-untyped-def]
 
 
 @lean
-def factorise(band, threshold, fixed, factor):  # type: ignore[no-untyped-def]
+def factorise(band, threshold, fixed, factor):
     """Cholesky factor of the band; fixed and nearly massless rows become those of the identity.
 
     For bands of a few entries these loops take two thirds of the time of a call of LAPACK.
@@ -119,7 +119,7 @@ def factorise(band, threshold, fixed, factor):  # type: ignore[no-untyped-def]
 
 
 @lean
-def substitute(band, factor, threshold, fixed, rhs, out):  # type: ignore[no-untyped-def]
+def substitute(band, factor, threshold, fixed, rhs, out):
     """Forward and back substitution; fixed entries of `out` are known and move to the right."""
     n, width = band.shape
     for i in range(n):

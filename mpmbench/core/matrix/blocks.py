@@ -130,7 +130,7 @@ def singular(pattern: Pattern, row: int, dim: int) -> str:
 
 
 @kernel
-def fill_band(start, column, blocks, left_out, mirror, diagonal, band):  # type: ignore[no-untyped-def]
+def fill_band(start, column, blocks, left_out, mirror, diagonal, band):
     """Write the band as LAPACK takes it, transposed: ``band[j, diagonal + i - j] = K_ij``.
 
     Fixed rows and columns are those of the identity. With `diagonal` = 0 the band ends there; else
@@ -157,7 +157,7 @@ def fill_band(start, column, blocks, left_out, mirror, diagonal, band):  # type:
 
 
 @kernel
-def product(start, column, blocks, lower, u):  # type: ignore[no-untyped-def]
+def product(start, column, blocks, lower, u):
     """Scalar blocks times vectors: ``out_r = sum_c M_rc u_c``, shapes (blocks,) and (A, dim)."""
     out = np.zeros_like(u)
     for r in range(start.shape[0] - 1):

@@ -10,7 +10,7 @@ MOST_ITERATIONS = 2000
 
 
 @lean
-def matrix_product(columns, values, a, out):  # type: ignore[no-untyped-def]
+def matrix_product(columns, values, a, out):
     """``out = M a`` for each column of `a`, shape (N, dim)."""
     for i in range(a.shape[0]):
         for d in range(a.shape[1]):
@@ -22,7 +22,7 @@ def matrix_product(columns, values, a, out):  # type: ignore[no-untyped-def]
 
 
 @lean
-def solve_lower(columns, values, diagonal, free, b, z):  # type: ignore[no-untyped-def]
+def solve_lower(columns, values, diagonal, free, b, z):
     """``z = (D + L)^-1 b`` on the free components, zero elsewhere; `z` may be `b`."""
     n, dim = b.shape
     for i in range(n):
@@ -35,7 +35,7 @@ def solve_lower(columns, values, diagonal, free, b, z):  # type: ignore[no-untyp
 
 
 @lean
-def solve_upper(columns, values, diagonal, free, s, t, rest):  # type: ignore[no-untyped-def]
+def solve_upper(columns, values, diagonal, free, s, t, rest):
     """``t = (D + U)^-1 s`` on the free components, zero elsewhere, and ``rest = s - D t``."""
     n, dim = s.shape
     for i in range(n - 1, -1, -1):
@@ -51,7 +51,7 @@ def solve_upper(columns, values, diagonal, free, s, t, rest):  # type: ignore[no
 
 
 @kernel
-def conjugate_gradients(columns, values, diagonal, free, rhs, out, r, t, w, s):  # type: ignore[no-untyped-def]
+def conjugate_gradients(columns, values, diagonal, free, rhs, out, r, t, w, s):
     """Solve ``M out = rhs`` on the free components, given `out` on the others.
 
     Each component iterates by itself; they share one pass over M. The preconditioner is a symmetric

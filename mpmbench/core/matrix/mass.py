@@ -86,7 +86,7 @@ class LumpedMass:
 
 
 @kernel
-def divide(m_i, threshold, fixed, rhs, out):  # type: ignore[no-untyped-def]
+def divide(m_i, threshold, fixed, rhs, out):
     """``out = rhs / m_i`` on free components with mass."""
     for i in range(rhs.shape[0]):
         for d in range(rhs.shape[1]):

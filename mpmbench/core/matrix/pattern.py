@@ -98,7 +98,7 @@ def _pattern(
 
 
 @kernel
-def mark_used(size, index, used):  # type: ignore[no-untyped-def]
+def mark_used(size, index, used):
     """Set `used`, shape (N,), at the nodes that some point sees."""
     for p in range(size.shape[0]):
         for k in range(size[p]):
@@ -106,7 +106,7 @@ def mark_used(size, index, used):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def points_of_rows(size, index, row, rows):  # type: ignore[no-untyped-def]
+def points_of_rows(size, index, row, rows):
     """The points of each row, ``member[first[r] : first[r + 1]]``, as ``p K + k``."""
     first = np.zeros(rows + 2, np.int64)
     for p in range(size.shape[0]):
@@ -124,7 +124,7 @@ def points_of_rows(size, index, row, rows):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def connect(size, index, row, first, member, lower, start, column, write):  # type: ignore[no-untyped-def]
+def connect(size, index, row, first, member, lower, start, column, write):
     """Count the blocks of each row in ``start[r + 1]``, or write their sorted columns."""
     seen = np.full(start.shape[0], -1, np.int64)
     for r in range(start.shape[0] - 1):
@@ -145,7 +145,7 @@ def connect(size, index, row, first, member, lower, start, column, write):  # ty
 
 
 @kernel
-def find_slots(size, index, row, first, member, lower, start, column, slot):  # type: ignore[no-untyped-def]
+def find_slots(size, index, row, first, member, lower, start, column, slot):
     """Fill `slot`; returns the largest distance of a block from the diagonal."""
     place = np.full(start.shape[0], -1, np.int64)
     band = 0

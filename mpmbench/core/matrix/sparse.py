@@ -21,7 +21,7 @@ from mpmbench.core.particles import Particles
 
 
 @kernel
-def assemble_rows(phi, x, m, columns, values):  # type: ignore[no-untyped-def]
+def assemble_rows(phi, x, m, columns, values):
     """``values[i, place] = sum_p m_p phi_i phi_j``; returns False when a pair has no place."""
     work, grad_phi = scratch(phi), vector(phi.axes)
     values[:] = 0.0

@@ -18,7 +18,7 @@ class Update(NamedTuple):
 
 
 @lean
-def g2p(phi, lanes, law, p, nodes, dt, update, cell, start, stop):  # type: ignore[no-untyped-def]
+def g2p(phi, lanes, law, p, nodes, dt, update, cell, start, stop):
     """Update particles start to stop from nodal velocities and accelerations; `update` says what.
 
     velocity: ``v_p <- flip (v_p + dt sum_i phi_i a_i) + (1 - flip) sum_i phi_i v_i`` (Eqs. 27, 97;
@@ -65,7 +65,7 @@ def g2p(phi, lanes, law, p, nodes, dt, update, cell, start, stop):  # type: igno
 
 
 @inlined
-def deform(axes, velocity_gradient, dt, F, L, F_p, p):  # type: ignore[no-untyped-def]
+def deform(axes, velocity_gradient, dt, F, L, F_p, p):
     """Update F of one particle, with a copy in `F_p`, and L where it is kept; returns det F."""
     increment, old = matrix(axes, axes), matrix(axes, axes)
     for d in range(len(axes)):
@@ -82,7 +82,7 @@ def deform(axes, velocity_gradient, dt, F, L, F_p, p):  # type: ignore[no-untype
 
 
 @lean
-def velocity_gradients(phi, x, v_i, L):  # type: ignore[no-untyped-def]
+def velocity_gradients(phi, x, v_i, L):
     """``L_p = sum_i v_i (x) grad phi_i`` of all particles."""
     work, grad_phi = scratch(phi), vector(phi.axes)
     L[:] = 0.0

@@ -5,6 +5,8 @@ of the same grid cell that follow each other share the values of their nodes, to
 added once per cell.
 """
 
+from typing import Any
+
 import numpy as np
 
 from mpmbench.core.bases.handle import count, index, locate, scratch, spread, value
@@ -27,7 +29,7 @@ class NodalSums:
         self._touched = np.zeros((len(self._parts), 2), dtype=np.int64)
         self._cells = np.zeros((len(self._parts), 0, len(self._lanes)))
 
-    def __call__(self, phi, p, m_i, q_i, f_i) -> None:  # type: ignore[no-untyped-def]
+    def __call__(self, phi: Any, p: Any, m_i: np.ndarray, q_i: np.ndarray, f_i: np.ndarray) -> None:
         """``m_i = sum m_p phi_i``, ``q_i = sum m_p phi_i v_p``, ``f_i = - sum V_p sigma_p grad phi_i``.
 
         Wobbes 2020, Eqs. 17, 20 (49, 91) and 21 (50, 92), the last with its sign corrected.
@@ -48,7 +50,7 @@ def at_least(cells: np.ndarray, width: int) -> np.ndarray:
 
 
 @lean
-def p2g(phi, lanes, p, sums, cell, touched, start, stop):  # type: ignore[no-untyped-def]
+def p2g(phi, lanes, p, sums, cell, touched, start, stop):
     """Add mass, momentum and internal force of the particles `p`, start to stop, to ``sums[i] = (m, q, f)``.
 
     `sums` has the shape (N, lanes); `cell` holds the same for the functions of one cell; `touched`
@@ -79,7 +81,7 @@ def p2g(phi, lanes, p, sums, cell, touched, start, stop):  # type: ignore[no-unt
 
 
 @lean
-def add_cell(phi, at, lanes, cell, sums, touched):  # type: ignore[no-untyped-def]
+def add_cell(phi, at, lanes, cell, sums, touched):
     """Add the sums of one cell to its nodes and set them back to zero."""
     for k in range(count(phi, at)):
         i = index(phi, at, k)
@@ -90,7 +92,7 @@ def add_cell(phi, at, lanes, cell, sums, touched):  # type: ignore[no-untyped-de
 
 
 @kernel
-def collect(parts, touched, m_i, q_i, f_i):  # type: ignore[no-untyped-def]
+def collect(parts, touched, m_i, q_i, f_i):
     """Add up the parts in their order, and set them back to zero."""
     dim = q_i.shape[1]
     m_i[:], q_i[:], f_i[:] = 0.0, 0.0, 0.0
@@ -105,7 +107,7 @@ def collect(parts, touched, m_i, q_i, f_i):  # type: ignore[no-untyped-def]
 
 
 @lean
-def p2g_mass(phi, x, m, m_i):  # type: ignore[no-untyped-def]
+def p2g_mass(phi, x, m, m_i):
     """Add the row sums of the mass matrix: ``m_i += sum_p m_p phi_i(x_p)`` (Wobbes 2020, Eq. 17)."""
     work, grad_phi = scratch(phi), vector(phi.axes)
     for p in range(x.shape[0]):
@@ -115,7 +117,7 @@ def p2g_mass(phi, x, m, m_i):  # type: ignore[no-untyped-def]
 
 
 @lean
-def p2g_momentum(phi, x, m, v, q_i):  # type: ignore[no-untyped-def]
+def p2g_momentum(phi, x, m, v, q_i):
     """Add the momentum: ``q_i += sum_p m_p phi_i(x_p) v_p``; with b for v, the body force."""
     work, grad_phi = scratch(phi), vector(phi.axes)
     for p in range(x.shape[0]):
@@ -128,7 +130,7 @@ def p2g_momentum(phi, x, m, v, q_i):  # type: ignore[no-untyped-def]
 
 
 @lean
-def p2g_internal_force(phi, x, V, sigma, f_i):  # type: ignore[no-untyped-def]
+def p2g_internal_force(phi, x, V, sigma, f_i):
     """Add the internal force: ``f_i -= sum_p V_p sigma_p grad phi_i``."""
     work, grad_phi = scratch(phi), vector(phi.axes)
     for p in range(x.shape[0]):

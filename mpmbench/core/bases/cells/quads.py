@@ -18,7 +18,7 @@ from mpmbench.core.geometry import Box
 
 
 @kernel
-def shape_functions(axes, corners, xi, phi, derivative):  # type: ignore[no-untyped-def]
+def shape_functions(axes, corners, xi, phi, derivative):
     """Values and derivatives by xi of the 2^dim linear functions at xi in [0, 1]^dim.
 
     Corners are the bits of the number of a function.
@@ -35,7 +35,7 @@ def shape_functions(axes, corners, xi, phi, derivative):  # type: ignore[no-unty
 
 
 @kernel
-def push_gradients(axes, nodes, index, derivative, grad_phi):  # type: ignore[no-untyped-def]
+def push_gradients(axes, nodes, index, derivative, grad_phi):
     """Gradients by x from those by xi: ``grad phi = J^-T dphi/dxi``, ``J = sum_i x_i (x) dphi_i/dxi``.
 
     Returns the number of the first point whose cell is turned inside out, -1 if there is none.
@@ -63,7 +63,7 @@ def push_gradients(axes, nodes, index, derivative, grad_phi):  # type: ignore[no
 
 
 @kernel
-def fill_parametric(axes, corners, xi, phi, derivative):  # type: ignore[no-untyped-def]
+def fill_parametric(axes, corners, xi, phi, derivative):
     """`shape_functions` at the parametric coordinates of all points, shape (n, dim)."""
     for p in range(xi.shape[0]):
         shape_functions(axes, corners, xi[p], phi[p], derivative[p])
@@ -151,7 +151,7 @@ class MovingQuads(MovingCells):
 
 
 @kernel
-def invert_map(axes, corners, point):  # type: ignore[no-untyped-def]
+def invert_map(axes, corners, point):
     """Parametric coordinates of `point` in the cell with these corners, shape (2^dim, dim)."""
     dim, n = len(axes), corners.shape[0]
     xi = np.full(dim, 0.5)

@@ -117,7 +117,7 @@ class MovingLeastSquares(BasisSettings):
 
 
 @kernel
-def weigh(kind, effective, q):  # type: ignore[no-untyped-def]
+def weigh(kind, effective, q):
     """Weight and its derivative by ``q = r / R``, 0 <= q; both vanish beyond q = 1."""
     if q >= 1.0:
         return 0.0, 0.0
@@ -140,7 +140,7 @@ def weigh(kind, effective, q):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def polynomials_at(degree, xi, P, dP):  # type: ignore[no-untyped-def]
+def polynomials_at(degree, xi, P, dP):
     """Monomials up to the degree at xi, shape (dim,).
 
     Values go to P, shape (m,), derivatives to dP, shape (m, dim).
@@ -162,7 +162,7 @@ def polynomials_at(degree, xi, P, dP):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def cholesky(M):  # type: ignore[no-untyped-def]
+def cholesky(M):
     """Factorise M in place (lower half); returns the smallest pivot over its diagonal entry."""
     smallest = np.inf
     for i in range(M.shape[0]):
@@ -182,7 +182,7 @@ def cholesky(M):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def substitute(M, b):  # type: ignore[no-untyped-def]
+def substitute(M, b):
     """Solve with the factor of `cholesky`, in place."""
     m = M.shape[0]
     for i in range(m):
@@ -196,7 +196,7 @@ def substitute(M, b):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def expand(recipe, clouds, p, P, dP, W, dW, M):  # type: ignore[no-untyped-def]
+def expand(recipe, clouds, p, P, dP, W, dW, M):
     """Polynomials and weights of the nodes around point `p`, their derivatives by x, and M."""
     dim, m = clouds.x.shape[1], recipe.polynomials
     R, x = clouds.radius[p], clouds.x[p]
@@ -220,7 +220,7 @@ def expand(recipe, clouds, p, P, dP, W, dW, M):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def fill_points(recipe, clouds, points, strict, stored, failed):  # type: ignore[no-untyped-def]
+def fill_points(recipe, clouds, points, strict, stored, failed):
     """Functions and full gradients (weights included) at some points, in the shape of `Fill`.
 
     With ``c = M^-1 P(0)``: ``grad N_I = (P_I . grad c + c . grad P_I) W_I + c . P_I grad W_I`` and

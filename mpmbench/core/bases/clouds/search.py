@@ -36,7 +36,7 @@ class Buckets(NamedTuple):
 
 
 @lean
-def cell_along(buckets, d, coordinate):  # type: ignore[no-untyped-def]
+def cell_along(buckets, d, coordinate):
     """Number of the cell along axis `d`; points outside (or NaN) belong to one at the end."""
     position = (coordinate - buckets.lower[d]) * buckets.inverse_size[d]
     if not position > 0.0:
@@ -46,7 +46,7 @@ def cell_along(buckets, d, coordinate):  # type: ignore[no-untyped-def]
 
 
 @lean
-def cell_of(buckets, dimension, x, p):  # type: ignore[no-untyped-def]
+def cell_of(buckets, dimension, x, p):
     """Number of the cell of point `p` of `x`, shape (n, dim)."""
     cell = 0
     for d in range(3):
@@ -56,7 +56,7 @@ def cell_of(buckets, dimension, x, p):  # type: ignore[no-untyped-def]
 
 
 @lean
-def _visit(buckets, nodes, support, low, high, gap, write):  # type: ignore[no-untyped-def]
+def _visit(buckets, nodes, support, low, high, gap, write):
     """Walk over all cells that each support reaches: count in ``first[c + 1]``, or write entries.
 
     Counting before writing costs a second walk and spares every guess about the lengths of the

@@ -64,7 +64,7 @@ class KernelBasis(CloudBasis):
 
 
 @inlined
-def spline(square, radius, dim):  # type: ignore[no-untyped-def]
+def spline(square, radius, dim):
     """W [1/m^dim] and W'(r) / r [1/m^(dim + 2)] from r^2 [m^2]; the support's radius is 2 h."""
     value, slope = cubic_spline(min(square / (radius * radius), 1.0))
     scale = NORM[dim - 1] / (radius / REACH) ** dim
@@ -72,7 +72,7 @@ def spline(square, radius, dim):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def fill_points(radius, volume, clouds, points, strict, stored, failed):  # type: ignore[no-untyped-def]
+def fill_points(radius, volume, clouds, points, strict, stored, failed):
     """Values and gradients at some points, in the shape of `Fill`; no point fails."""
     dim = clouds.x.shape[1]
     for q in range(points.shape[0]):
@@ -91,7 +91,7 @@ def fill_points(radius, volume, clouds, points, strict, stored, failed):  # type
 
 
 @kernel
-def pair_gradients(radius, x, i, j):  # type: ignore[no-untyped-def]
+def pair_gradients(radius, x, i, j):
     """Gradients of ``W_ij`` at x_i [1/m^(dim + 1)] for pairs of particles, shape (n, dim)."""
     gradient = np.zeros((len(i), x.shape[1]))
     for n in range(len(i)):

@@ -121,7 +121,7 @@ def boundary_faces(simplices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @lean
-def gradient_sums(stored, V, total, scale):  # type: ignore[no-untyped-def]
+def gradient_sums(stored, V, total, scale):
     """``sum_p V_p grad phi_i`` and ``sum_p V_p |grad phi_i|``."""
     for p in range(V.shape[0]):
         for k in range(stored.size[p]):
@@ -133,7 +133,7 @@ def gradient_sums(stored, V, total, scale):  # type: ignore[no-untyped-def]
 
 
 @lean
-def weights(stored, V, total):  # type: ignore[no-untyped-def]
+def weights(stored, V, total):
     """``sum_p V_p phi_i (1 - phi_i)``: about the diagonal of the system."""
     for p in range(V.shape[0]):
         for k in range(stored.size[p]):
@@ -142,7 +142,7 @@ def weights(stored, V, total):  # type: ignore[no-untyped-def]
 
 
 @lean
-def corrections(stored, nodes, x, V, mu, total, apply):  # type: ignore[no-untyped-def]
+def corrections(stored, nodes, x, V, mu, total, apply):
     """Add ``phi_i (mu_i - m_p - b_p . y_i)`` to the gradients, or times V_p to `total`.
 
     Here ``y_i = x_i - x_p``, and m and b are the fit of mu weighted with phi: ``m = sum phi mu``,

@@ -98,7 +98,7 @@ class Work(NamedTuple):
 
 
 @kernel
-def allocate(axes, most):  # type: ignore[no-untyped-def]
+def allocate(axes, most):
     """Working memory for points with at most so many candidates."""
     width = whole_lanes(most + 1)
     return Work(
@@ -115,7 +115,7 @@ def allocate(axes, most):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def make_work(cloud):  # type: ignore[no-untyped-def]
+def make_work(cloud):
     """Room for the longest list of candidates; for all nodes where a search visits many cells."""
     most = cloud.nodes.shape[0] if cloud.metric.growth.shape[0] > 0 else 1
     first = cloud.buckets.first
@@ -125,7 +125,7 @@ def make_work(cloud):  # type: ignore[no-untyped-def]
 
 
 @lean
-def pad(axes, found, work):  # type: ignore[no-untyped-def]
+def pad(axes, found, work):
     """Zeros behind the nodes that were found, up to whole lanes."""
     for k in range(found, whole_lanes(found)):
         work.inverse_square[k] = work.rr[k] = 0.0
@@ -134,7 +134,7 @@ def pad(axes, found, work):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def convect(axes, F, volume, metric):  # type: ignore[no-untyped-def]
+def convect(axes, F, volume, metric):
     """Fill `metric` from deformation gradients F, shape (n, dim, dim).
 
     With `volume` true S is ``J^(1/dim) I``.
@@ -175,7 +175,7 @@ def clip(F: np.ndarray, limit: float, metric: Metric) -> None:
 
 
 @lean
-def gather(cloud, x, p, row, work):  # type: ignore[no-untyped-def]
+def gather(cloud, x, p, row, work):
     """Number of nodes that count at point `p` of `x`, and the radius of the largest support [m].
 
     With a metric, that of its entry `row`, and ``xi_i = S^-1 (x_i - x)`` takes the place of ``x_i -
@@ -213,7 +213,7 @@ def gather(cloud, x, p, row, work):  # type: ignore[no-untyped-def]
 
 
 @lean
-def gather_near(cloud, x, p, row, radius, work):  # type: ignore[no-untyped-def]
+def gather_near(cloud, x, p, row, radius, work):
     """Number of nodes with ``|xi_i| < radius`` around point `p` of `x` in the metric `row`.
 
     Their xi_i go to `work.dx`. The cells hold each node once; those that the box around
@@ -254,7 +254,7 @@ def gather_near(cloud, x, p, row, radius, work):  # type: ignore[no-untyped-def]
 
 
 @lean
-def push(cloud, row, found, grad_phi):  # type: ignore[no-untyped-def]
+def push(cloud, row, found, grad_phi):
     """Gradients with respect to x from those with respect to xi: ``grad phi = S^-T dphi/dxi``."""
     dim = len(cloud.form.axes)
     pull = cloud.metric.pull

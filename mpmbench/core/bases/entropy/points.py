@@ -24,7 +24,7 @@ HULL_FLOOR = 1e-14  # for gradients in clouds on whose hull the point lies
 
 
 @lean
-def surroundings(cloud, x, p, row, work):  # type: ignore[no-untyped-def]
+def surroundings(cloud, x, p, row, work):
     """Find the nodes that count at a point, and weigh them; returns their number, and reach."""
     found, reach = gather(cloud, x, p, row, work)
     growth = cloud.metric.growth[row] if cloud.metric.growth.shape[0] > 0 else 1.0
@@ -34,7 +34,7 @@ def surroundings(cloud, x, p, row, work):  # type: ignore[no-untyped-def]
 
 
 @lean
-def evaluate_inside(cloud, x, p, work, row, stored):  # type: ignore[no-untyped-def]
+def evaluate_inside(cloud, x, p, work, row, stored):
     """Functions at point `p` of `x`, written to row `row`.
 
     Returns
@@ -61,7 +61,7 @@ def evaluate_inside(cloud, x, p, work, row, stored):  # type: ignore[no-untyped-
 
 
 @lean
-def evaluate_on_hull(cloud, x, p, found, work, row, stored):  # type: ignore[no-untyped-def]
+def evaluate_on_hull(cloud, x, p, found, work, row, stored):
     """The same for a point on the hull: values of the limit, and gradients from a little inside.
 
     On a face of the hull only the nodes of that face have non-zero functions, and lambda is
@@ -99,7 +99,7 @@ def evaluate_on_hull(cloud, x, p, found, work, row, stored):  # type: ignore[no-
 
 
 @lean
-def evaluate_range(cloud, work, x, first, last, stored, iterations):  # type: ignore[no-untyped-def]
+def evaluate_range(cloud, work, x, first, last, stored, iterations):
     """Store the functions of points ``first <= p < last``; any split gives the same bits.
 
     Returns
@@ -119,7 +119,7 @@ def evaluate_range(cloud, work, x, first, last, stored, iterations):  # type: ig
 
 
 @lean
-def widest(cloud, work, x):  # type: ignore[no-untyped-def]
+def widest(cloud, work, x):
     """Largest number of nodes that count at one of the points."""
     most = 0
     for p in range(x.shape[0]):
@@ -128,7 +128,7 @@ def widest(cloud, work, x):  # type: ignore[no-untyped-def]
 
 
 @lean
-def count_steps(cloud, work, x, iterations):  # type: ignore[no-untyped-def]
+def count_steps(cloud, work, x, iterations):
     """Newton steps at each point until the residual meets the tolerance, -1 where they fail."""
     step = vector(cloud.form.axes)
     for p in range(x.shape[0]):
@@ -141,7 +141,7 @@ def count_steps(cloud, work, x, iterations):  # type: ignore[no-untyped-def]
 
 
 @lean
-def evaluate_clouds(form, radius, clouds, points, strict, work, stored, failed):  # type: ignore[no-untyped-def]
+def evaluate_clouds(form, radius, clouds, points, strict, work, stored, failed):
     """Functions of points whose nodes are given; `radius` [m] is what ``form.rim_exponent`` means.
 
     A point on the hull of its cloud keeps the functions of the last step, whose residual is within
@@ -177,7 +177,7 @@ def evaluate_clouds(form, radius, clouds, points, strict, work, stored, failed):
 
 
 @kernel
-def fill_points(form, radius, clouds, points, strict, stored, failed):  # type: ignore[no-untyped-def]
+def fill_points(form, radius, clouds, points, strict, stored, failed):
     """The same, in the shape that `CloudBasis` asks for."""
     work = allocate(form.axes, clouds.near.shape[1])
     evaluate_clouds(form, radius, clouds, points, strict, work, stored, failed)

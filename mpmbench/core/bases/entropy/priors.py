@@ -48,7 +48,7 @@ class Formulation(NamedTuple):
 
 
 @lean
-def weigh(form, found, growth, work):  # type: ignore[no-untyped-def]
+def weigh(form, found, growth, work):
     """Priors w_i and their slopes g_i at distance r = |dx_i| / d_i (Wobbes 2020, Eqs. 87-90).
 
     `growth` is the factor by which the support of a Gaussian is larger than the one that

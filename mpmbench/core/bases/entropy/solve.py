@@ -26,7 +26,7 @@ HULL_CONDITION = 1e9
 
 
 @lean
-def moments(axes, found, work, r, H):  # type: ignore[no-untyped-def]
+def moments(axes, found, work, r, H):
     """Z, and the mean r of dx and its covariance H under w_i e_i.
 
     The slope of log Z in lambda is -r, its curvature H.
@@ -54,7 +54,7 @@ def moments(axes, found, work, r, H):  # type: ignore[no-untyped-def]
 
 
 @lean
-def largest_exponent(axes, found, multiplier, work):  # type: ignore[no-untyped-def]
+def largest_exponent(axes, found, multiplier, work):
     """Largest of ``-lambda . dx_i``."""
     largest = -np.inf
     for k in range(found):
@@ -66,7 +66,7 @@ def largest_exponent(axes, found, multiplier, work):  # type: ignore[no-untyped-
 
 
 @lean
-def tilt(axes, found, reach, multiplier, work, r, H):  # type: ignore[no-untyped-def]
+def tilt(axes, found, reach, multiplier, work, r, H):
     """Fill e_i and the moments for these multipliers; returns Z and the logarithm that it lacks."""
     shift = 0.0
     if length(axes, multiplier) * reach > 300.0:  # else no exponential can overflow
@@ -76,7 +76,7 @@ def tilt(axes, found, reach, multiplier, work, r, H):  # type: ignore[no-untyped
 
 
 @lean
-def correct(axes, found, work, inverse_H, Z, third, step):  # type: ignore[no-untyped-def]
+def correct(axes, found, work, inverse_H, Z, third, step):
     """Add half of ``H^-1 E[dx (step . dx)^2]`` to a step: Chebyshev's method, of third order."""
     for d in range(len(axes)):
         third[d] = 0.0
@@ -93,7 +93,7 @@ def correct(axes, found, work, inverse_H, Z, third, step):  # type: ignore[no-un
 
 
 @lean
-def take_safely(axes, found, reach, height, multiplier, step, work, r, H):  # type: ignore[no-untyped-def]
+def take_safely(axes, found, reach, height, multiplier, step, work, r, H):
     """Take a Newton step that may be too long, and shorten it where log Z does not fall enough.
 
     The parabola through what is known tells by how much, but never to less than ``log(1 + n) / n``
@@ -126,7 +126,7 @@ def take_safely(axes, found, reach, height, multiplier, step, work, r, H):  # ty
 
 
 @lean
-def newton(form, found, reach, last_move, work, step):  # type: ignore[no-untyped-def]
+def newton(form, found, reach, last_move, work, step):
     """Minimise log Z over the multipliers by Newton's method from lambda = 0.
 
     Leaves e_i, and in `step` what a last step would still add to lambda.
@@ -179,7 +179,7 @@ def newton(form, found, reach, last_move, work, step):  # type: ignore[no-untype
 
 
 @lean
-def divide(axes, B, H, floor, M):  # type: ignore[no-untyped-def]
+def divide(axes, B, H, floor, M):
     """``M = B (H + floor tr(H) I)^-1``; returns the product of the traces of H and of the inverse."""
     inverse_H = matrix(axes, axes)
     trace, inverse_trace = 0.0, 0.0
@@ -195,7 +195,7 @@ def divide(axes, B, H, floor, M):  # type: ignore[no-untyped-def]
 
 
 @lean
-def finish(axes, found, work, step, floor, row, stored):  # type: ignore[no-untyped-def]
+def finish(axes, found, work, step, floor, row, stored):
     """Take the last Newton step and write values and gradients to row `row` of `stored`.
 
     ``grad phi_i = phi_i (M dx_i + b) - psi_i dx_i`` with ``psi_i = g_i e_i / Z`` (which is phi_i

@@ -10,7 +10,7 @@ from mpmbench.core.compiled import kernel
 
 
 @kernel
-def tabulate(breaks, shape, coefficients, inverse_width, nodes):  # type: ignore[no-untyped-def]
+def tabulate(breaks, shape, coefficients, inverse_width, nodes):
     """Fill in what follows from the knots; returns the first axis along which they have crossed, else -1.
 
     Parameters
@@ -41,7 +41,7 @@ def tabulate(breaks, shape, coefficients, inverse_width, nodes):  # type: ignore
 
 
 @kernel
-def polynomials(breaks, degree, coefficients, inverse_width):  # type: ignore[no-untyped-def]
+def polynomials(breaks, degree, coefficients, inverse_width):
     """Polynomials of the open B-splines on each span by the Cox-de Boor recursion (Wobbes 2020, section 6.2).
 
     Parameters
@@ -80,7 +80,7 @@ def polynomials(breaks, degree, coefficients, inverse_width):  # type: ignore[no
 
 
 @kernel
-def advect(breaks, shape, coefficients, displacement):  # type: ignore[no-untyped-def]
+def advect(breaks, shape, coefficients, displacement):
     """Advect the knots: ``xi_j += sum_i phi_i(xi_j) dx_i``.
 
     Knots are lines in 2D and planes in 3D: the displacement normal to a line is averaged along it

@@ -82,18 +82,18 @@ def product_fields(box: Box, order: int, more: int) -> dict[str, Any]:
     }
 
 
-def _scratch(grid):  # type: ignore[no-untyped-def]
+def _scratch(grid):
     return matrix(grid.axes, grid.lanes), matrix(grid.axes, grid.lanes)
 
 
-def _count(grid, at):  # type: ignore[no-untyped-def]
+def _count(grid, at):
     functions = 1
     for _ in range(len(grid.axes)):
         functions *= len(grid.order)
     return functions
 
 
-def _locate(grid, x, p, work):  # type: ignore[no-untyped-def]
+def _locate(grid, x, p, work):
     phi, slope = work
     first = 0
     for d in range(len(grid.axes)):
@@ -101,7 +101,7 @@ def _locate(grid, x, p, work):  # type: ignore[no-untyped-def]
     return first
 
 
-def _index(grid, at, k):  # type: ignore[no-untyped-def]
+def _index(grid, at, k):
     i, stride = at, 1
     for d in range(len(grid.axes) - 1, -1, -1):  # the last axis is the fastest
         i += k % len(grid.order) * stride
@@ -110,7 +110,7 @@ def _index(grid, at, k):  # type: ignore[no-untyped-def]
     return i
 
 
-def _value(grid, at, k, work, grad_phi):  # type: ignore[no-untyped-def]
+def _value(grid, at, k, work, grad_phi):
     phi, slope = work
     total = 1.0
     for e in range(len(grid.axes)):
@@ -124,7 +124,7 @@ def _value(grid, at, k, work, grad_phi):  # type: ignore[no-untyped-def]
     return total
 
 
-def _spread(grid, at, work, lanes, columns, cell):  # type: ignore[no-untyped-def]
+def _spread(grid, at, work, lanes, columns, cell):
     dim, order = len(grid.axes), len(grid.order)
     plane, row = matrix(grid.axes, lanes), matrix(grid.axes, lanes)
     if dim == 1:
@@ -141,7 +141,7 @@ def _spread(grid, at, work, lanes, columns, cell):  # type: ignore[no-untyped-de
 
 
 @inlined
-def fold(grid, lanes, rows, d, a, work, columns, folded):  # type: ignore[no-untyped-def]
+def fold(grid, lanes, rows, d, a, work, columns, folded):
     """Multiply by the a-th function along axis d; what belongs to its slope joins its value."""
     phi, slope = work
     set_multiple(lanes, folded, 0, phi[d, a], columns, 0)
@@ -151,7 +151,7 @@ def fold(grid, lanes, rows, d, a, work, columns, folded):  # type: ignore[no-unt
 
 
 @inlined
-def spread_along(grid, lanes, d, k, work, columns, cell):  # type: ignore[no-untyped-def]
+def spread_along(grid, lanes, d, k, work, columns, cell):
     """Add to the functions k, k + 1, ..., which differ along the last axis d."""
     phi, slope = work
     for a in range(len(grid.order)):
@@ -159,7 +159,7 @@ def spread_along(grid, lanes, d, k, work, columns, cell):  # type: ignore[no-unt
         add_multiple(lanes, cell, k + a, slope[d, a], columns, 1)
 
 
-def _interpolate(grid, at, work, lanes, cell, sums):  # type: ignore[no-untyped-def]
+def _interpolate(grid, at, work, lanes, cell, sums):
     dim, order = len(grid.axes), len(grid.order)
     plane, row = matrix(grid.axes, lanes), matrix(grid.axes, lanes)
     clear(lanes, 1 + dim, sums)
@@ -179,7 +179,7 @@ def _interpolate(grid, at, work, lanes, cell, sums):  # type: ignore[no-untyped-
 
 
 @inlined
-def unfold(grid, lanes, rows, d, a, work, folded, sums):  # type: ignore[no-untyped-def]
+def unfold(grid, lanes, rows, d, a, work, folded, sums):
     """Add the a-th function along axis d times what the axes behind it gave: value, then slopes."""
     phi, slope = work
     add_multiple(lanes, sums, 0, phi[d, a], folded, 0)
@@ -189,7 +189,7 @@ def unfold(grid, lanes, rows, d, a, work, folded, sums):  # type: ignore[no-unty
 
 
 @inlined
-def interpolate_along(grid, lanes, d, k, work, cell, sums):  # type: ignore[no-untyped-def]
+def interpolate_along(grid, lanes, d, k, work, cell, sums):
     """Sum over the functions k, k + 1, ..., which differ along the last axis d."""
     phi, slope = work
     for a in range(len(grid.order)):
@@ -198,14 +198,14 @@ def interpolate_along(grid, lanes, d, k, work, cell, sums):  # type: ignore[no-u
 
 
 @inlined
-def clear(lanes, rows, sums):  # type: ignore[no-untyped-def]
+def clear(lanes, rows, sums):
     """Set the first rows to zero."""
     for r in range(rows):
         for c in range(len(lanes)):
             sums[r, c] = 0.0
 
 
-def _place(grid, columns, i, k, j, n):  # type: ignore[no-untyped-def]
+def _place(grid, columns, i, k, j, n):
     order = len(grid.order)
     where, stride = 0, 1
     for _ in range(len(grid.axes)):
@@ -229,7 +229,7 @@ ANSWERS: dict[Callable[..., Any], Callable[..., Any]] = {
 
 
 @kernel
-def first_outside(x, lower, upper):  # type: ignore[no-untyped-def]
+def first_outside(x, lower, upper):
     """Number of the first point outside the box (or not a number), -1 if there is none."""
     for p in range(x.shape[0]):
         for d in range(x.shape[1]):
@@ -239,7 +239,7 @@ def first_outside(x, lower, upper):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def count_crossings(grid, x, cells):  # type: ignore[no-untyped-def]
+def count_crossings(grid, x, cells):
     """Number of points in another cell than `cells` says, shape (n,), which is brought up to date."""
     work = scratch(grid)
     crossed = 0

@@ -47,7 +47,7 @@ class TensorGrid(NamedTuple):
 
 
 @product(TensorGrid)
-def polynomials_along(grid, x, p, d, phi, slope):  # type: ignore[no-untyped-def]
+def polynomials_along(grid, x, p, d, phi, slope):
     """Values and slopes of the polynomials on the span that `x` is in."""
     order = len(grid.order)
     last = grid.shape[d] - order

@@ -24,7 +24,7 @@ def elastic_moduli(law: Any, axes: Any, F: np.ndarray, tau: np.ndarray, moduli: 
 
 
 @fallback(cauchy_stress, given=elastic_stress)
-def _cauchy(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
+def _cauchy(law, axes, F, L, dt, state, sigma):
     elastic_stress(law, axes, F, sigma)
     inverse_J = 1.0 / determinant(axes, F)
     for i in range(len(axes)):
@@ -33,13 +33,13 @@ def _cauchy(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
 
 
 @fallback(kirchhoff_stress, given=elastic_stress)
-def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignore[no-untyped-def]
+def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):
     elastic_stress(law, axes, F, tau)
     elastic_moduli(law, axes, F, tau, moduli)
 
 
 @inlined
-def isotropic_moduli(axes, lame, shear, tau, moduli):  # type: ignore[no-untyped-def]
+def isotropic_moduli(axes, lame, shear, tau, moduli):
     """``c = lame I (x) I + 2 shear I_sym`` and the geometric part."""
     dim = len(axes)
     for i in range(dim):

@@ -41,7 +41,7 @@ class ElasticFluid(Material):
 
 
 @implements(elastic_stress, ElasticFluidLaw)
-def _stress(law, axes, F, tau):  # type: ignore[no-untyped-def]
+def _stress(law, axes, F, tau):
     J = determinant(axes, F)
     pressure = law.bulk * J * np.log(J)
     for i in range(len(axes)):
@@ -50,12 +50,12 @@ def _stress(law, axes, F, tau):  # type: ignore[no-untyped-def]
 
 
 @implements(elastic_moduli, ElasticFluidLaw)
-def _moduli(law, axes, F, tau, moduli):  # type: ignore[no-untyped-def]
+def _moduli(law, axes, F, tau, moduli):
     """``c = (tau + K J) I (x) I - 2 tau I_sym``."""
     isotropic_moduli(axes, tau[0, 0] + law.bulk * determinant(axes, F), -tau[0, 0], tau, moduli)
 
 
 @implements(energy_density, ElasticFluidLaw)
-def _energy(law, axes, F, state):  # type: ignore[no-untyped-def]
+def _energy(law, axes, F, state):
     J = determinant(axes, F)
     return law.bulk * (J * np.log(J) - J + 1.0)

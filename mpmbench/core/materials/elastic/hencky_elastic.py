@@ -41,7 +41,7 @@ class HenckyElastic(IsotropicElastic):
 
 
 @kernel
-def _principal(law, axes, F, strain, tau, vectors):  # type: ignore[no-untyped-def]
+def _principal(law, axes, F, strain, tau, vectors):
     """Principal strains, stresses and axes of ``b = F F^T``."""
     b = matrix(THREE, THREE)
     identity(b)
@@ -50,7 +50,7 @@ def _principal(law, axes, F, strain, tau, vectors):  # type: ignore[no-untyped-d
 
 
 @implements(kirchhoff_stress, HenckyLaw)
-def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignore[no-untyped-def]
+def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):
     strain, principal = vector(THREE), vector(THREE)
     vectors, D = matrix(THREE, THREE), matrix(THREE, THREE)
     _principal(law, axes, F, strain, principal, vectors)
@@ -60,14 +60,14 @@ def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignor
 
 
 @implements(elastic_stress, HenckyLaw)
-def _stress(law, axes, F, tau):  # type: ignore[no-untyped-def]
+def _stress(law, axes, F, tau):
     strain, principal, vectors = vector(THREE), vector(THREE), matrix(THREE, THREE)
     _principal(law, axes, F, strain, principal, vectors)
     assemble(principal, vectors, axes, tau)
 
 
 @implements(energy_density, HenckyLaw)
-def _energy(law, axes, F, state):  # type: ignore[no-untyped-def]
+def _energy(law, axes, F, state):
     strain, principal, vectors = vector(THREE), vector(THREE), matrix(THREE, THREE)
     _principal(law, axes, F, strain, principal, vectors)
     return hencky_energy(law.lame, law.shear, strain)

@@ -30,7 +30,7 @@ class NeoHookean(IsotropicElastic):
 
 
 @implements(elastic_stress, NeoHookeanLaw)
-def _stress(law, axes, F, tau):  # type: ignore[no-untyped-def]
+def _stress(law, axes, F, tau):
     """``tau = lambda ln J I + mu (b - I)``."""
     multiply_transposed(axes, F, F, tau)
     volumetric = law.lame * np.log(determinant(axes, F))
@@ -40,14 +40,14 @@ def _stress(law, axes, F, tau):  # type: ignore[no-untyped-def]
 
 
 @implements(elastic_moduli, NeoHookeanLaw)
-def _moduli(law, axes, F, tau, moduli):  # type: ignore[no-untyped-def]
+def _moduli(law, axes, F, tau, moduli):
     """``c = lambda I (x) I + 2 (mu - lambda ln J) I_sym``."""
     shear = law.shear - law.lame * np.log(determinant(axes, F))
     isotropic_moduli(axes, law.lame, shear, tau, moduli)
 
 
 @implements(energy_density, NeoHookeanLaw)
-def _energy(law, axes, F, state):  # type: ignore[no-untyped-def]
+def _energy(law, axes, F, state):
     log_J = np.log(determinant(axes, F))
     stretch = 0.0  # tr(F F^T) - dim
     for i in range(len(axes)):

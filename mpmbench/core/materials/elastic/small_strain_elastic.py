@@ -34,7 +34,7 @@ class SmallStrainElastic(IsotropicElastic):
 
 
 @implements(elastic_stress, SmallStrainLaw)
-def _stress(law, axes, F, tau):  # type: ignore[no-untyped-def]
+def _stress(law, axes, F, tau):
     """``tau = P F^T``, which is not symmetric."""
     P = matrix(axes, axes)
     trace = 0.0
@@ -48,7 +48,7 @@ def _stress(law, axes, F, tau):  # type: ignore[no-untyped-def]
 
 
 @implements(elastic_moduli, SmallStrainLaw)
-def _moduli(law, axes, F, tau, moduli):  # type: ignore[no-untyped-def]
+def _moduli(law, axes, F, tau, moduli):
     """``a_icjd = F_ck F_dn dP_ik/dF_jn`` with constant moduli of P."""
     dim = len(axes)
     b = matrix(axes, axes)
@@ -62,7 +62,7 @@ def _moduli(law, axes, F, tau, moduli):  # type: ignore[no-untyped-def]
 
 
 @implements(energy_density, SmallStrainLaw)
-def _energy(law, axes, F, state):  # type: ignore[no-untyped-def]
+def _energy(law, axes, F, state):
     trace, square = 0.0, 0.0
     for i in range(len(axes)):
         for j in range(len(axes)):

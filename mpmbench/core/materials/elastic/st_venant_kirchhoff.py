@@ -28,7 +28,7 @@ class StVenantKirchhoff(IsotropicElastic):
 
 
 @implements(elastic_stress, StVenantKirchhoffLaw)
-def _stress(law, axes, F, tau):  # type: ignore[no-untyped-def]
+def _stress(law, axes, F, tau):
     """``tau = F S F^T = lambda tr(E) b + mu (b b - b)``."""
     b = matrix(axes, axes)
     multiply_transposed(axes, F, F, b)
@@ -42,7 +42,7 @@ def _stress(law, axes, F, tau):  # type: ignore[no-untyped-def]
 
 
 @implements(elastic_moduli, StVenantKirchhoffLaw)
-def _moduli(law, axes, F, tau, moduli):  # type: ignore[no-untyped-def]
+def _moduli(law, axes, F, tau, moduli):
     """``c_abcd = lambda b_ab b_cd + mu (b_ac b_bd + b_ad b_bc)``."""
     dim = len(axes)
     b = matrix(axes, axes)
@@ -58,7 +58,7 @@ def _moduli(law, axes, F, tau, moduli):  # type: ignore[no-untyped-def]
 
 
 @implements(energy_density, StVenantKirchhoffLaw)
-def _energy(law, axes, F, state):  # type: ignore[no-untyped-def]
+def _energy(law, axes, F, state):
     dim = len(axes)
     trace, square = 0.0, 0.0
     for i in range(dim):

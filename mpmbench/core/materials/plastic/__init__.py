@@ -67,7 +67,7 @@ class Plastic(IsotropicElastic):
 
 
 @kernel
-def elastic_b(state, b):  # type: ignore[no-untyped-def]
+def elastic_b(state, b):
     """Elastic left Cauchy-Green tensor, shape (3, 3), from the history."""
     b[0, 0], b[1, 1], b[2, 2] = 1.0 + state[0], 1.0 + state[1], 1.0 + state[2]
     b[0, 1], b[0, 2], b[1, 2] = state[3], state[4], state[5]
@@ -75,7 +75,7 @@ def elastic_b(state, b):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def commit(law, strain, tau, vectors, b, plastic, state):  # type: ignore[no-untyped-def]
+def commit(law, strain, tau, vectors, b, plastic, state):
     """Write the history: b_e of the trial state or the returned stress, and plastic strain."""
     if plastic:
         bulk = law.lame + 2.0 / 3.0 * law.shear
@@ -93,7 +93,7 @@ def commit(law, strain, tau, vectors, b, plastic, state):  # type: ignore[no-unt
 
 
 @kernel
-def update(law, axes, increment, old, state, strain, tau, vectors, moduli):  # type: ignore[no-untyped-def]
+def update(law, axes, increment, old, state, strain, tau, vectors, moduli):
     """Write principal trial strains, stresses, axes and moduli, and the new history."""
     b, trial = matrix(THREE, THREE), vector(THREE)
     elastic_b(old, b)
@@ -105,7 +105,7 @@ def update(law, axes, increment, old, state, strain, tau, vectors, moduli):  # t
 
 
 @fallback(kirchhoff_stress, given=return_map)
-def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignore[no-untyped-def]
+def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):
     strain, principal = vector(THREE), vector(THREE)
     vectors, D = matrix(THREE, THREE), matrix(THREE, THREE)
     update(law, axes, increment, old, state, strain, principal, vectors, D)
@@ -114,7 +114,7 @@ def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):  # type: ignor
 
 
 @fallback(cauchy_stress, given=return_map)
-def _cauchy(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
+def _cauchy(law, axes, F, L, dt, state, sigma):
     """The explicit step: its increment is ``I + dt L``."""
     strain, principal = vector(THREE), vector(THREE)
     vectors, D, increment = matrix(THREE, THREE), matrix(THREE, THREE), matrix(axes, axes)
@@ -129,7 +129,7 @@ def _cauchy(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
 
 
 @fallback(energy_density, given=return_map)
-def _energy(law, axes, F, state):  # type: ignore[no-untyped-def]
+def _energy(law, axes, F, state):
     """Elastic energy of b_e."""
     b, strain, vectors = matrix(THREE, THREE), vector(THREE), matrix(THREE, THREE)
     elastic_b(state, b)

@@ -69,13 +69,13 @@ class MohrCoulomb(Plastic):
 
 
 @kernel
-def yield_function(law, tau):  # type: ignore[no-untyped-def]
+def yield_function(law, tau):
     """``k tau_1 - tau_3 - s`` [Pa]; positive outside."""
     return law.friction * tau[0] - tau[2] - law.strength
 
 
 @kernel
-def _pull_back(D, A, B, count, excess, tau, moduli):  # type: ignore[no-untyped-def]
+def _pull_back(D, A, B, count, excess, tau, moduli):
     """Return along ``D B`` to where the `count` planes with normals in the columns of A meet.
 
     ``tau -= D B (A^T D B)^-1 f`` and ``moduli = D - D B (A^T D B)^-1 A^T D``.
@@ -111,7 +111,7 @@ def _pull_back(D, A, B, count, excess, tau, moduli):  # type: ignore[no-untyped-
 
 
 @implements(return_map, MohrCoulombLaw)
-def _return_map(law, trial, tau, moduli):  # type: ignore[no-untyped-def]
+def _return_map(law, trial, tau, moduli):
     """ELASTIC, PLANE, COMPRESSION_EDGE (tau_1 = tau_2), EXTENSION_EDGE (tau_2 = tau_3) or APEX."""
     k, m = law.friction, law.dilatancy
     D = matrix(THREE, THREE)
