@@ -7,8 +7,10 @@ import pytest
 
 from mpmbench import case
 from mpmbench.analysis.convergence import fitted_order
+from mpmbench.case.build import build
 from mpmbench.core import registry
 from mpmbench.core.errors import NotApplicable
+from mpmbench.core.geometry import Box
 from mpmbench.core.matrix import mass
 from tests.core.support import compose
 
@@ -31,6 +33,25 @@ def error(basis: str, resolution: int, **more: object) -> float:
 
 def test_the_plugin_is_short() -> None:
     assert len(FILE.read_text().splitlines()) <= 45
+
+
+@pytest.mark.parametrize("particles_per_cell", [2, 4])
+def test_it_learns_the_size_of_the_particles(particles_per_cell: int) -> None:
+    config = compose(**(BAR | {"basis": "gimp", "resolution": 8}))
+    state = build(case.read(config | {"particles_per_cell": particles_per_cell}))
+    assert state.basis.handle.half == pytest.approx(0.5 / particles_per_cell)
+
+
+def test_it_is_the_average_of_hats_over_a_particle() -> None:
+    """Where particles do not reach beyond the ends: there kinks have no other side."""
+    box = Box((0.0,), (1.0,), (5,))
+    basis = registry.get("basis", "gimp")().build(box, 1, False)
+    size = 2.0 * basis.handle.half[0] * box.spacing[0]
+    x = np.random.default_rng(0).uniform(0.5 * size, 1.0 - 0.5 * size, (40, 1))
+    within = (np.arange(20000) + 0.5) / 20000 - 0.5
+    hats = [np.interp(x + size * within, box.points[:, 0], hat) for hat in np.eye(6)]
+    average = np.stack(hats, axis=-1).mean(axis=1)
+    assert np.abs(basis.evaluate(x).matrix(6) - average).max() < 1e-8
 
 
 def test_it_converges_with_order_two() -> None:

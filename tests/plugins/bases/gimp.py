@@ -40,6 +40,4 @@ class GimpSettings(BasisSettings):
 
     def build(self, geometry, particles, moving):
         own = {"lower": np.array(geometry.lower), "half": np.full(geometry.dimension, 0.25)}
-        return GridBasis(
-            geometry, GimpGrid(**product_fields(geometry, 3, 1), **own), geometry.points
-        )
+        return Gimp(geometry, GimpGrid(**product_fields(geometry, 3, 1), **own), geometry.points)
