@@ -125,7 +125,7 @@ class StoredBasis(Basis):
     handle: Stencils
 
     def _fill(self, x: np.ndarray, stored: Stencils) -> Stencils:
-        """Write the functions at points `x`, shape (n, dim), to `stored` or, if too narrow, to new ones.
+        """Write the functions at points `x`, shape (n, dim), to `stored` or to wider ones.
 
         Returns the stencils that were written.
         """
@@ -163,5 +163,5 @@ class BasisSettings(Settings):
         """
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> Basis:
-        """The basis on `geometry`, with room for `particles` particles; `moving` when nodes will move."""
+        """The basis on `geometry` for so many particles; `moving` when its nodes will move."""
         raise NotImplementedError

@@ -54,7 +54,7 @@ def index(phi: Any, at: int, k: int) -> int:
 
 
 def value(phi: Any, at: int, k: int, work: Any, grad_phi: np.ndarray) -> float:
-    """Value of the `k`-th function at the point located last; `grad_phi` receives its gradient [1/m]."""
+    """Value of the `k`-th function at the point located last; writes its gradient [1/m]."""
     raise NotImplementedError
 
 
@@ -179,7 +179,7 @@ def _value(phi, at, k, work, grad_phi):
 
 @kernel
 def fill(phi, x, size, nodes, values, gradients):
-    """Store the functions of any handle at points x, shape (n, dim), in the arrays of `Stencils`."""
+    """Store the functions of any handle at points x, shape (n, dim), in arrays of `Stencils`."""
     work, grad_phi = scratch(phi), vector(phi.axes)
     for p in range(x.shape[0]):
         at = locate(phi, x, p, work)

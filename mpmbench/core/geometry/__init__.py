@@ -1,4 +1,4 @@
-"""Where nodes and particles come from: boxes of equal cells, and clouds of nodes with or without simplices."""
+"""Where nodes and particles come from: boxes of equal cells, and clouds of nodes."""
 
 import math
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ class Box:
 
     @cached_property
     def points(self) -> np.ndarray:
-        """Positions of the nodes, which are the cell corners [m], shape (N, dim), last axis fastest."""
+        """Nodes, which are the cell corners: positions [m], shape (N, dim), last axis fastest."""
         points = tensor_points(self.breaks())
         points.setflags(write=False)
         return points

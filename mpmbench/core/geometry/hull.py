@@ -1,4 +1,4 @@
-"""The convex hull of a set of nodes, outside of which no non-negative linearly complete functions exist."""
+"""The convex hull of nodes: outside, no non-negative linearly complete functions exist."""
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -11,7 +11,7 @@ ROUNDING = 1e-12  # of the size of the hull: points on it count as inside
 
 @kernel
 def _first_outside(x, lower, upper, normals, offsets):
-    """Facets are asked only about points outside the box ``lower..upper``, which lies inside the hull."""
+    """Facets are asked about points outside the box ``lower..upper`` only, which the hull holds."""
     for p in range(x.shape[0]):
         boxed = True
         for d in range(x.shape[1]):
@@ -27,7 +27,7 @@ def _first_outside(x, lower, upper, normals, offsets):
 
 
 class Hull:
-    """Half-spaces ``normals . x <= offsets`` around the nodes, and a box within them that most points lie in.
+    """Half-spaces ``normals . x <= offsets`` around the nodes, and a box within for most points.
 
     Parameters
     ----------
@@ -57,5 +57,5 @@ class Hull:
         self.lower, self.upper = middle - share * (upper - lower), middle + share * (upper - lower)
 
     def first_outside(self, x: np.ndarray) -> int:
-        """Number of the first point of `x`, shape (n, dim), that is outside (or not a number), -1 if none is."""
+        """Number of the first point of `x`, shape (n, dim), outside or not a number; -1 if none."""
         return int(_first_outside(x, self.lower, self.upper, self.normals, self.offsets))

@@ -1,4 +1,4 @@
-"""Triangulated sets of nodes: jittered lines and strips, cylinders, and where particles go in them."""
+"""Triangulated sets of nodes: jittered lines and strips, cylinders, and particles in them."""
 
 import numpy as np
 from scipy.spatial import Delaunay
@@ -19,7 +19,7 @@ def barycentres(cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
 def seed_triangles(
     nodes: np.ndarray, triangles: np.ndarray, points: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """One or three Gauss points in each triangle: positions [m], shape (T points, 2), and volumes [m^2].
+    """One or three Gauss points per triangle: positions [m], shape (T points, 2), volumes [m^2].
 
     Raises
     ------
@@ -34,7 +34,7 @@ def seed_triangles(
 
 
 def triangulation(nodes: np.ndarray, volume: float | None) -> np.ndarray:
-    """Delaunay simplices of nodes that fill a convex body: of known volume [m^dim], or their hull (None).
+    """Delaunay simplices of nodes that fill a convex body of known volume [m^dim], or their hull.
 
     Nodes on a face of a regular set make slivers without volume: they are dropped, and the others
     must add up.
@@ -64,7 +64,7 @@ def triangulation(nodes: np.ndarray, volume: float | None) -> np.ndarray:
 def jittered(
     nodes: np.ndarray, spacing: float, share: float, held: np.ndarray, seed: int
 ) -> np.ndarray:
-    """Nodes displaced by up to `share` of the spacing [m] along each axis; `held` components stay."""
+    """Nodes displaced by up to `share` of the spacing [m] along each axis, unless `held`."""
     shift = np.random.default_rng(seed).uniform(-share * spacing, share * spacing, nodes.shape)
     return nodes + np.where(held, 0.0, shift)
 
@@ -98,7 +98,7 @@ def extruded(section: Cloud, levels: np.ndarray) -> Cloud:
 
 
 def disc(radius: float) -> Cloud:
-    """57 nodes on concentric circles and 98 triangles; the spacing is a quarter of the radius [m]."""
+    """57 nodes on concentric circles, 98 triangles; the spacing is a quarter of the radius [m]."""
     spacing = radius / (len(RINGS) - 1)
     points = []
     for ring, count in enumerate(RINGS):
@@ -122,7 +122,7 @@ def nodal_volumes(cloud: Cloud) -> np.ndarray:
 
 
 def irregular_line(length: float, cells: int, irregularity: float, seed: int) -> Cloud:
-    """Nodes on a line and its segments: all but the ends are displaced by up to `irregularity` spacings."""
+    """Nodes on a line, all but the ends displaced by up to so many spacings, with segments."""
     spacing = length / cells
     nodes = np.linspace(0.0, length, cells + 1)[:, None]
     ends = np.zeros(nodes.shape, dtype=bool)
@@ -133,7 +133,7 @@ def irregular_line(length: float, cells: int, irregularity: float, seed: int) ->
 
 
 def seed_segments(cloud: Cloud, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
-    """Midpoints of equal parts of the segments between nodes on a line: positions (P, 1) and volumes (P,) [m]."""
+    """Midpoints of equal parts of the segments of a line: positions (P, 1), volumes (P,) [m]."""
     nodes = np.sort(cloud.nodes[:, 0])
     edges = np.diff(nodes)
     local = (np.arange(particles_per_cell) + 0.5) / particles_per_cell

@@ -36,7 +36,7 @@ def shape_functions(axes, corners, xi, phi, derivative):
 
 @kernel
 def push_gradients(axes, nodes, index, derivative, grad_phi):
-    """Gradients by x from those by xi: ``grad phi = J^-T dphi/dxi``, ``J = sum_i x_i (x) dphi_i/dxi``.
+    """Gradients by x from those by xi: ``J^-T dphi/dxi`` with ``J = sum_i x_i (x) dphi_i/dxi``.
 
     Returns the number of the first point whose cell is turned inside out, -1 if there is none.
     """
@@ -85,7 +85,7 @@ class MovingCells(StoredBasis):
         self._derivative: np.ndarray | None = None  # of the functions by the places in the cells
 
     def _attach(self, x: np.ndarray, stored: Stencils) -> np.ndarray:
-        """Store nodes and values at points `x`; returns the derivatives by the places in their cells."""
+        """Store nodes and values at points `x`; returns the derivatives by places in the cells."""
         raise NotImplementedError
 
     def _push(self, stored: Stencils, derivative: np.ndarray) -> Stencils:
@@ -124,7 +124,7 @@ class MovingQuads(MovingCells):
         return derivative
 
     def _find(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Cells of points and where in them: by division, or by Newton's method in each one that could do."""
+        """Cells of points and where in them: by division, or by Newton's method in likely ones."""
         if self.box is not None:
             place = (x - np.array(self.box.lower)) / self.box.spacing
             number = np.clip(np.floor(place).astype(np.int64), 0, np.array(self.box.cells) - 1)
@@ -172,7 +172,7 @@ def invert_map(axes, corners, point):
 
 
 def _cell_nodes(box: Box) -> np.ndarray:
-    """Node numbers of each cell, shape (cells, 2^dim); corners are bits, the last axis the lowest."""
+    """Node numbers of each cell, shape (cells, 2^dim); corners are bits, the last axis lowest."""
     shape = tuple(n + 1 for n in box.cells)
     numbers = np.arange(int(np.prod(shape))).reshape(shape)
     parts = []

@@ -1,4 +1,4 @@
-"""Linear functions on the simplices of a triangulation whose nodes move one by one: linear finite elements.
+"""Linear functions on the simplices of a triangulation, which move with their nodes or stay.
 
 Barycentric coordinates of a particle are its state, as are the parametric coordinates on quads
 (`quads`).
@@ -48,7 +48,7 @@ class MovingSimplices(MovingCells):
         return np.broadcast_to(derivative, stored.grad_phi.shape)
 
     def _store(self, stored: Stencils, simplex: np.ndarray, weights: np.ndarray) -> None:
-        """Store nodes and values of points in these simplices with these barycentric coordinates."""
+        """Store nodes and values of points, given their simplices and barycentric coordinates."""
         stored.size[:] = stored.width
         stored.index[:] = self.simplices[simplex]
         stored.phi[:] = weights

@@ -1,4 +1,4 @@
-"""B-splines of degree 1 to 3 with open knots, fixed (BSMPM) or moving (unified method); Wobbes 2020, section 6.2."""
+"""B-splines of degree 1 to 3 with open knots, fixed or moving (Wobbes 2020, section 6.2)."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -16,7 +16,7 @@ from mpmbench.core.setting import setting
 class BSpline(BasisSettings):
     """B-splines on an open knot vector; degrees of freedom sit at the Greville abscissae.
 
-    So the basis is linearly complete at every degree, against what the paper says (sections 4 and 7).
+    So the basis is linearly complete at every degree, against what the paper says (sections 4, 7).
     """
 
     degree: int = setting(2, "of the polynomials", unit="-", options=(1, 2, 3))

@@ -1,4 +1,4 @@
-"""Open knot vectors: polynomials on their spans, Greville abscissae, and how knots follow a displacement.
+"""Open knot vectors: polynomials on their spans, Greville abscissae, and how knots move.
 
 Knots are given by their distinct values, `breaks`, shape (dim, A + 1), of which the first and the
 last along an axis count degree + 1 times; `shape` holds the numbers of functions along the axes.
@@ -11,7 +11,7 @@ from mpmbench.core.compiled import kernel
 
 @kernel
 def tabulate(breaks, shape, coefficients, inverse_width, nodes):
-    """Fill in what follows from the knots; returns the first axis along which they have crossed, else -1.
+    """Fill in what follows from the knots; returns the first axis along which they cross, else -1.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def tabulate(breaks, shape, coefficients, inverse_width, nodes):
 
 @kernel
 def polynomials(breaks, degree, coefficients, inverse_width):
-    """Polynomials of the open B-splines on each span by the Cox-de Boor recursion (Wobbes 2020, section 6.2).
+    """Polynomials of open B-splines on each span, by Cox and de Boor (Wobbes 2020, section 6.2).
 
     Parameters
     ----------
@@ -62,9 +62,8 @@ def polynomials(breaks, degree, coefficients, inverse_width):
         for r in range(1, degree + 1):
             lower[:] = polynomial
             polynomial[:] = 0.0
-            for a in range(
-                r
-            ):  # the r functions of degree r - 1; the a-th has support [left, right] around span s
+            # the r functions of degree r - 1; the a-th has support [left, right] around span s
+            for a in range(r):
                 left = breaks[min(max(s - r + 1 + a, 0), spans)]
                 right = breaks[min(max(s + 1 + a, 0), spans)]
                 inverse = 1.0 / (right - left)
@@ -93,9 +92,8 @@ def advect(breaks, shape, coefficients, displacement):
         Of the degrees of freedom [m], shape (N, dim).
     """
     dim, order = breaks.shape[0], coefficients.shape[2]
-    weight = np.zeros(
-        (dim, breaks.shape[1] + order - 1)
-    )  # the integral of each function over the length of its axis
+    # the integral of each function over the length of its axis
+    weight = np.zeros((dim, breaks.shape[1] + order - 1))
     for d in range(dim):
         spans = shape[d] - order + 1
         for i in range(shape[d]):

@@ -1,4 +1,4 @@
-"""Piecewise linear functions: tensor products on fixed grids, and on moving segments, quads, hexahedra and simplices.
+"""Piecewise linear functions: products on fixed grids, and cells and simplices that move.
 
 Wobbes 2020, Eqs. 75 and 76 with the slopes corrected to +1/(x_i - x_{i-1}) and -1/(x_{i+1} - x_i).
 """

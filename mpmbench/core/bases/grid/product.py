@@ -1,4 +1,4 @@
-"""Products of functions along the axes of a box: a grid basis is one function, `line`, and its settings.
+"""Products of functions along the axes of a box: a grid basis is one function, `line`.
 
 `product` makes a NamedTuple the handle of such a basis. Sums over the functions at a point are
 taken axis by axis, and nothing is stored per particle.
@@ -240,7 +240,7 @@ def first_outside(x, lower, upper):
 
 @kernel
 def count_crossings(grid, x, cells):
-    """Number of points in another cell than `cells` says, shape (n,), which is brought up to date."""
+    """Number of points in another cell than `cells` says, shape (n,); brings `cells` up to date."""
     work = scratch(grid)
     crossed = 0
     for p in range(cells.shape[0]):
