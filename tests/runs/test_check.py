@@ -68,6 +68,12 @@ def test_a_transfer_is_told_from_one_with_a_wrong_sign(command):
     assert "FAILS" in rows["order on a plate"]
 
 
+def test_a_grid_basis_whose_nodes_stay_keeps_its_contract(command):
+    outcome = command("check", str(PLUGINS / "bases" / "gimp.py"))
+    assert outcome.code == 0, outcome.out
+    assert "29 of 29 checks passed" in outcome.out
+
+
 def test_what_is_broken_is_named_and_costs_its_own_line_only(command, folder):
     """Half the gradient, a declaration that is too modest, and a crash where many points are evaluated."""
     text = (OUTSIDE / "stored_hat.py").read_text()
