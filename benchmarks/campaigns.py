@@ -17,6 +17,12 @@ FEW, MANY = 1, 41  # runs of two sweeps, whose difference is free of what a comm
 HYDRA_ALONE = """\
 import sys
 import hydra
+from hydra.core.plugins import Plugins
+from mpmbench.runs.hydra.compose import SearchPath
+from mpmbench.runs.hydra.source import OptionsSource
+
+Plugins.instance().register(OptionsSource)
+Plugins.instance().register(SearchPath)
 
 @hydra.main(version_base="1.3", config_path=sys.argv.pop(1), config_name="config")
 def nothing(config):

@@ -67,6 +67,7 @@ def read(config: Config) -> Case:
     problem, dimension = case.problem, case.problem.dimension
     problem.check_particles(per_cell)
     complete(type(case.basis), BasisSettings)
+    complete(type(case.material), Material)
     choices.check(case)
     case.basis.check(choices, problem.touches_fixed_nodes)
     if choices.moving and not case.basis.promises.moves:

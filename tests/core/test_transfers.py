@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import mpmbench
 from mpmbench import case
 from mpmbench.contracts import loops
 from mpmbench.core import registry
@@ -18,7 +17,6 @@ from mpmbench.core.simulation import guard
 from mpmbench.core.transfer import Transfer, find_transfer
 from tests.core.support import compose
 
-registry.load_file(Path(mpmbench.__file__).parent / "samples" / "apic.py")
 registry.load_file(Path(__file__).parents[1] / "plugins/transfers/apic_flipped.py")
 SHORT: dict[str, Any] = {"resolution": 4, "time_step": 1e-4, "end_time": 1e-3}
 

@@ -1,51 +1,17 @@
 """APIC with the sign of its affine term turned round: the contract must find it."""
 
-from typing import Any, ClassVar
-
 import numpy as np
 
-from mpmbench.core.errors import NotApplicable
-from mpmbench.core.particles import ParticleData
-from mpmbench.core.registry import register
-from mpmbench.core.state import State
-from mpmbench.core.transfer import Transfer, TransferPromises
+from mpmbench import State, register
+from mpmbench.samples.apic import Apic
 
 
 @register("transfer", "apic_flipped")
-class ApicFlipped(Transfer):
+class ApicFlipped(Apic):
     """What `apic.py` does, with a mistake in `to_nodes`."""
 
-    particle_data: ClassVar[dict[str, ParticleData]] = {
-        "affine": ParticleData(("dim", "dim"), "s-1", "gradient of the velocity that is carried")
-    }
-    promises: ClassVar[TransferPromises] = TransferPromises(affine=True, energy=True, order=3.0)
-
-    def check(self, choices: Any) -> None:
-        """Refuse a consistent mass, for which particle velocities alone are exact already."""
-        if choices.mass != "lumped":
-            raise NotApplicable("method.transfer=apic_flipped needs method.mass=lumped")
-
-    def start(self, s: State) -> None:
-        """Take the affine part of the initial field."""
-        self.to_particles(s, 0.0)
-
     def to_nodes(self, s: State, q: np.ndarray) -> None:
-        """Add ``sum_p m_p phi_i C_p (x_i - x_p)``."""
-        p, (nodes, phi, away) = s.particles, self.around(s)
-        field = np.einsum("pde,pke->pkd", p.data["affine"], away)
-        np.subtract.at(q, nodes, (p.m[:, None] * phi)[:, :, None] * field)
-
-    def to_particles(self, s: State, dt: float) -> None:
-        """Take ``C_p = B_p D_p^-1``, ``B = sum_i phi_i v_i (x_i - x)``, ``D = sum_i phi_i (x_i - x) (x_i - x)``."""
-        nodes, phi, away = self.around(s)
-        B = np.einsum("pk,pkd,pke->pde", phi, s.nodes.v[nodes], away)
-        D = np.einsum("pk,pkd,pke->pde", phi, away, away)
-        s.particles.data["affine"][:] = B @ np.linalg.pinv(D)
-
-    def around(self, s: State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Node numbers and functions of each particle, shape (P, K), and ``x_i - x_p`` [m]."""
-        near = s.basis.evaluate(s.particles.x)
-        used = np.arange(near.index.shape[1]) < near.size[:, None]
-        nodes = np.where(used, near.index, 0)
-        away = s.basis.nodes[nodes] - s.particles.x[:, None]
-        return nodes, np.where(used, near.phi, 0.0), away
+        """Subtract what should be added."""
+        right = np.zeros_like(q)
+        super().to_nodes(s, right)
+        q -= right
