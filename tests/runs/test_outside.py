@@ -52,6 +52,20 @@ def test_all_four_as_they_were_written_for_the_version_before(command, folder, m
     assert {group: result.attrs[group] for group in CHOICES} == CHOICES
 
 
+def test_an_old_step_does_what_the_class_does_that_took_its_place(
+    command, folder, monkeypatch
+) -> None:
+    """Its velocities lose the share ``100 dt`` per step, which is the default of the class."""
+    found = {}
+    for name, plugins in (("function", OLD_PLACES), ("class", OUTSIDE)):
+        monkeypatch.setenv("MPMBENCH_PLUGINS", str(plugins))
+        words = ["problem=free_bar", "method=damped", "basis=linear", "end_time=4e-4"]
+        assert command(*words, f"output_dir='{folder / name}'").code == 0
+        found[name] = result_in(folder / name)
+    assert (found["function"].position == found["class"].position).all()
+    assert float(found["class"].kinetic_energy[-1] / found["class"].kinetic_energy[0]) < 0.95
+
+
 def test_a_method_brings_a_setting_of_its_own(command, folder, outside) -> None:
     """``method.damping`` is in its YAML and in its class and nowhere else."""
     energy = {}
