@@ -32,7 +32,7 @@ NAMES = {  # by the module in which they stand
     "core.setting": "Settings setting",
     "problems": "Problem Fields",
     "core.choices": "Choices",
-    "core.loops": "TimeLoop",
+    "core.loops": "LoopPromises TimeLoop",
     "core.loops.explicit": "Explicit",
     "core.transfer": "Transfer TransferPromises",
     "core.materials": "Material cauchy_stress kirchhoff_stress energy_density",

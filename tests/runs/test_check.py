@@ -48,11 +48,21 @@ def test_other_kinds_of_plugins(command, name):
 
 
 @pytest.mark.slow
-def test_a_time_loop_that_damps_is_found_out(command):
-    outcome = command("check", str(OUTSIDE / "damped.py"))
-    assert outcome.code == 1
-    assert card(outcome.out)["mass and momentum"].count("FAILS") == 3
-    assert "change of momentum over mass" in outcome.out
+def test_a_time_loop_that_damps_must_say_so(command, folder, monkeypatch):
+    right = command("check", str(OUTSIDE / "damped.py"))
+    assert right.code == 0, right.out
+    monkeypatch.setenv("MPMBENCH_PLUGINS", "")
+    shutil.copytree(OUTSIDE / "conf/method", folder / "conf/method")
+    text = (OUTSIDE / "damped.py").read_text()
+    (folder / "damped.py").write_text(text.replace("def promises(", "def promised("))
+    silent = command("check", "damped.py")
+    assert silent.code == 1
+    assert card(silent.out)["mass and momentum"].count("FAILS") == 3
+    assert "change of momentum over mass" in silent.out
+    (folder / "damped.py").write_text(text.replace("damping * dt", "damping * 0.0"))
+    modest = command("check", "damped.py")
+    assert modest.code == 1
+    assert "conservation of momentum holds and is not declared" in modest.out
 
 
 @pytest.mark.slow

@@ -13,11 +13,11 @@ from mpmbench.core.choices import Choices
 if TYPE_CHECKING:
     from mpmbench.core.state import State
 
-__all__ = ["Choices", "Promises", "TimeLoop", "find_loop"]
+__all__ = ["Choices", "LoopPromises", "TimeLoop", "find_loop"]
 
 
 @dataclass(frozen=True)
-class Promises:
+class LoopPromises:
     """What a method claims about itself; the contract tests each claim in both directions.
 
     Attributes
@@ -54,9 +54,9 @@ class TimeLoop(Choices):
     stress: ClassVar[Any] = None
 
     @property
-    def promises(self) -> Promises:
+    def promises(self) -> LoopPromises:
         """What holds with these settings."""
-        return Promises()
+        return LoopPromises()
 
     def check(self, case: Any) -> None:
         """Refuse combinations that make no sense.

@@ -15,7 +15,7 @@ from mpmbench.core.compiled import threads
 from mpmbench.core.compiled.rows import lanes_for
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.loads import constrain, external_force, reaction_work
-from mpmbench.core.loops import Promises, TimeLoop
+from mpmbench.core.loops import LoopPromises, TimeLoop
 from mpmbench.core.materials import cauchy_stress
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
@@ -69,7 +69,7 @@ class Explicit(TimeLoop):
         return find_transfer(self.transfer).flip_weight(self)
 
     @property
-    def promises(self) -> Promises:
+    def promises(self) -> LoopPromises:
         """Momentum is conserved always, by the partition of unity.
 
         Angular momentum is exactly when the matrix that is solved is that of ``sum_p m_p phi_i x_p
@@ -88,7 +88,7 @@ class Explicit(TimeLoop):
                 order = None if on_nodes else 3.0
             elif not self.moving:
                 order = transfer.order
-        return Promises(frozenset(kept), self.mass == "consistent" or transfer.affine, order)
+        return LoopPromises(frozenset(kept), self.mass == "consistent" or transfer.affine, order)
 
     def check(self, case: Any) -> None:
         """Refuse what `check` below refuses, whatever the case."""
