@@ -66,9 +66,9 @@ def program(*words: str) -> list[str]:
 
 
 def overhead() -> None:
-    """What a run costs in a sweep: all, Hydra's part, the solver's, and the rest."""
+    """What a run costs in a sweep: all, the solver's part, the rest, and what Hydra's own sweeper takes."""
     print(
-        "\nOne run of a sweep with warm kernels, wall-clock ms (goal: at most 60 besides Hydra and the solver)"
+        "\nOne run of a sweep with warm kernels, wall-clock ms (goal: the rest below Hydra's own sweep)"
     )
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -95,7 +95,7 @@ def overhead() -> None:
             for what in ("all", "Hydra")
         }
         parts["solver"] = 1e3 * mean(cube.solver_time.values.ravel().tolist())
-        parts["rest"] = parts["all"] - parts["Hydra"] - parts["solver"]
+        parts["rest"] = parts["all"] - parts["solver"]
     for what, value in parts.items():
         print(f"{what:10} {value:8.1f}")
 
