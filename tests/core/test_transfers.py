@@ -37,7 +37,9 @@ def test_affine_velocities_keep_the_contract_with_every_stress_update(
     assert finding.passed, finding.text
 
 
-@pytest.mark.parametrize("check", ("affine fields", "order on a plate"))
+@pytest.mark.parametrize(
+    "check", ("affine fields", pytest.param("order on a plate", marks=pytest.mark.slow))
+)
 def test_a_flipped_sign_is_found(check: str) -> None:
     right, flipped = (loops.CHECKS[check](block(name, 2)) for name in ("apic", "apic_flipped"))
     assert right.passed, right.text
