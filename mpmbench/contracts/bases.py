@@ -1,11 +1,12 @@
 """The contract of a basis: its promises, and what the solver relies on, in every dimension that it claims."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from mpmbench.contracts import Check, Finding, largest
+from mpmbench.contracts import Contract, Finding, largest
 from mpmbench.core import registry
 from mpmbench.core.bases import Basis, BasisSettings, Promises
 from mpmbench.core.errors import NotApplicable, SolverFailure
@@ -13,30 +14,18 @@ from mpmbench.core.geometry import Box
 from mpmbench.core.transfer.sums import p2g_mass
 
 UPPER, CELLS = (1.2, 1.0, 0.8), (6, 5, 4)
+CHECKS = Contract()
 
 
 @dataclass(frozen=True)
 class BasisCase:
-    """A basis on a box, its nodes displaced or not.
-
-    Attributes
-    ----------
-    name : str
-        Registered name.
-    dimension : int
-    moved : bool
-        Nodes have been displaced inside the box by up to a twentieth of a cell and more.
-    settings : dict
-        Those that differ from the defaults.
-    promised : dict
-        Promises that these settings change.
-    """
+    """A basis on a box, its nodes displaced or not."""
 
     name: str
     dimension: int
-    moved: bool = False
-    settings: dict[str, Any] = field(default_factory=dict)
-    promised: dict[str, Any] = field(default_factory=dict)
+    moved: bool = False  # inside the box by up to a twentieth of a cell and more
+    settings: dict[str, Any] = field(default_factory=dict)  # those that differ from the defaults
+    promised: dict[str, Any] = field(default_factory=dict)  # what these settings change
 
     @property
     def plugin(self) -> BasisSettings:
@@ -85,49 +74,43 @@ def cases(name: str, settings: dict[str, Any] | None = None, **promised: Any) ->
     ]
 
 
-def partition_of_unity(case: BasisCase) -> Finding:
+@CHECKS.asks()
+def partition_of_unity(case: BasisCase) -> Iterator[Finding]:
     """``sum_i phi_i(x) = 1``, and the gradients add up to zero."""
     basis = case.build()
     stored, n = basis.evaluate(case.points()), len(basis.nodes)
-    error = float(np.abs(stored.matrix(n).sum(axis=1) - 1.0).max())
-    gradient = float(np.abs(stored.gradient_matrix(n).sum(axis=1)).max())
+    error = largest(stored.matrix(n).sum(axis=1) - 1.0)
+    gradient = largest(stored.gradient_matrix(n).sum(axis=1))
     claim, measured = case.promises.partition_of_unity, f"errors {error:.2g} and {gradient:.2g} 1/m"
-    return Finding.all(
-        [
-            Finding.as_declared(error < 1e-12, claim, "the sum of the functions is 1", measured),
-            Finding.as_declared(gradient < 1e-8, claim, "the sum of the gradients is 0", measured),
-        ]
-    )
+    yield Finding.as_declared(error < 1e-12, claim, "the sum of the functions is 1", measured)
+    yield Finding.as_declared(gradient < 1e-8, claim, "the sum of the gradients is 0", measured)
 
 
-def linear_completeness(case: BasisCase) -> Finding:
+@CHECKS.asks()
+def linear_completeness(case: BasisCase) -> Iterator[Finding]:
     """``sum_i x_i phi_i(x) = x``, and its gradient is the identity."""
     basis, x = case.build(), case.points()
     stored, n = basis.evaluate(x), len(basis.nodes)
-    error = float(np.abs(stored.matrix(n) @ basis.nodes - x).max())
+    error = largest(stored.matrix(n) @ basis.nodes - x)
     identity = np.einsum("pia,ib->pab", stored.gradient_matrix(n), basis.nodes)
-    gradient = float(np.abs(identity - np.eye(case.dimension)).max())
+    gradient = largest(identity - np.eye(case.dimension))
     claim, measured = case.promises.linear_completeness, f"errors {error:.2g} m and {gradient:.2g}"
-    return Finding.all(
-        [
-            Finding.as_declared(error < 1e-11, claim, "linear completeness", measured),
-            Finding.as_declared(
-                gradient < 1e-7, claim, "linear completeness of the gradients", measured
-            ),
-        ]
-    )
+    what = "linear completeness"
+    yield Finding.as_declared(error < 1e-11, claim, what, measured)
+    yield Finding.as_declared(gradient < 1e-7, claim, f"{what} of the gradients", measured)
 
 
-def sign(case: BasisCase) -> Finding:
+@CHECKS.asks()
+def sign(case: BasisCase) -> Iterator[Finding]:
     """No function is negative."""
     basis = case.build()
     lowest = float(basis.evaluate(case.points(n=400)).matrix(len(basis.nodes)).min())
-    return Finding.as_declared(
-        lowest >= -1e-14, case.promises.non_negative, "non-negativity", f"lowest {lowest:.2g}"
-    )
+    claim, measured = case.promises.non_negative, f"lowest {lowest:.2g}"
+    yield Finding.as_declared(lowest >= -1e-14, claim, "non-negativity", measured)
 
 
-def gradient_is_the_derivative(case: BasisCase) -> Finding:
+@CHECKS.asks()
+def gradient_is_the_derivative(case: BasisCase) -> Iterator[Finding]:
     """Gradients against central differences of the values."""
     basis, x, step = case.build(), case.points(margin=1e-3, n=60), 1e-6
     n = len(basis.nodes)
@@ -137,13 +120,12 @@ def gradient_is_the_derivative(case: BasisCase) -> Finding:
         shift = step * np.eye(case.dimension)[d]
         ahead, behind = basis.evaluate(x + shift).matrix(n), basis.evaluate(x - shift).matrix(n)
         difference = (ahead - behind) / (2.0 * step)
-        errors.append(
-            np.abs(gradient[:, :, d] - difference).max() / max(1.0, np.abs(difference).max())
-        )
-    return Finding.below(float(np.max(errors)), 2e-5, "relative error of the gradient")
+        errors.append(largest(gradient[:, :, d] - difference) / max(1.0, largest(difference)))
+    yield Finding.below(np.array(errors), 2e-5, "relative error of the gradient")
 
 
-def kernels_see_the_same_functions(case: BasisCase) -> Finding:
+@CHECKS.asks()
+def kernels_see_the_same_functions(case: BasisCase) -> Iterator[Finding]:
     """What transfers read through the handle is what `evaluate` returns, for any number of particles."""
     x, m = case.points(n=40), np.arange(1.0, 41.0)
     basis = case.plugin.build(case.box, len(x), case.moved)
@@ -152,51 +134,42 @@ def kernels_see_the_same_functions(case: BasisCase) -> Finding:
         basis.locate(x)
         m_i = np.zeros(len(basis.nodes))
         p2g_mass(basis.handle, x, m, m_i)
-        errors.append(np.abs(m_i - m @ basis.evaluate(x).matrix(len(basis.nodes))).max())
-    return Finding.below(float(np.max(errors)), 1e-8, "difference between handle and evaluate")
+        errors.append(m_i - m @ basis.evaluate(x).matrix(len(basis.nodes)))
+    yield Finding.below(np.array(errors), 1e-8, "difference between handle and evaluate")
 
 
-def kronecker(case: BasisCase) -> Finding:
+@CHECKS.asks()
+def kronecker(case: BasisCase) -> Iterator[Finding]:
     """``phi_i(x_j) = delta_ij`` everywhere, or only that interior functions vanish on the hull, or neither."""
-    basis, upper = case.build(), case.upper
+    basis, promise = case.build(), case.promises.kronecker
     n = len(basis.nodes)
-    inside = np.all((basis.nodes > 1e-9) & (basis.nodes < upper - 1e-9), axis=1)
+    inside = np.all((basis.nodes > 1e-9) & (basis.nodes < case.upper - 1e-9), axis=1)
     values = basis.evaluate(basis.nodes[inside]).matrix(n)[:, inside]
-    error = float(np.abs(values - np.eye(len(values))).max())
+    error = largest(values - np.eye(len(values)))
+    claim = "interpolation at the nodes"
+    yield Finding.as_declared(error < 1e-9, promise == "everywhere", claim, f"{error:.2g}")
     x = case.points(n=20)
     x[:, 0] = 0.0
     off_face = basis.nodes[:, 0] > 1e-9
-    seen = float(np.abs(basis.evaluate(x).matrix(n)[:, off_face]).max())
-    promise = case.promises.kronecker
-    return Finding.all(
-        [
-            Finding.as_declared(
-                error < 1e-9, promise == "everywhere", "interpolation at the nodes", f"{error:.2g}"
-            ),
-            Finding.as_declared(
-                seen < 1e-6,
-                promise != "none",
-                "that interior functions vanish on faces",
-                f"{seen:.2g}",
-            ),
-        ]
-    )
+    seen = largest(basis.evaluate(x).matrix(n)[:, off_face])
+    claim = "that interior functions vanish on faces"
+    yield Finding.as_declared(seen < 1e-6, promise != "none", claim, f"{seen:.2g}")
 
 
-def gradient_jumps(case: BasisCase) -> Finding:
+@CHECKS.asks()
+def gradient_jumps(case: BasisCase) -> Iterator[Finding]:
     """Across all cell faces met on a line through the box, the gradient jumps or does not."""
     basis, upper = case.build(), case.upper
     line = np.tile(0.37 * upper, (4001, 1))
     line[:, 0] = np.linspace(0.02, 0.98, 4001) * upper[0]
     gradient = basis.evaluate(line).gradient_matrix(len(basis.nodes))
-    jump = float(np.abs(np.diff(gradient, axis=0)).max() / np.abs(gradient).max())
-    promise = case.promises.continuous_gradient
-    return Finding.as_declared(
-        jump < 0.05, promise, "continuity of the gradient", f"relative jump {jump:.2g}"
-    )
+    jump = largest(np.diff(gradient, axis=0)) / largest(gradient)
+    promise, measured = case.promises.continuous_gradient, f"relative jump {jump:.2g}"
+    yield Finding.as_declared(jump < 0.05, promise, "continuity of the gradient", measured)
 
 
-def outside_is_noticed(case: BasisCase) -> Finding:
+@CHECKS.asks()
+def outside_is_noticed(case: BasisCase) -> Iterator[Finding]:
     """A point outside the nodes, or nowhere, is reported, unless functions exist there too."""
     basis, upper = case.build(), case.upper
     beyond = np.vstack([0.5 * upper, 1.5 * upper])
@@ -205,32 +178,28 @@ def outside_is_noticed(case: BasisCase) -> Finding:
         noticed = basis.first_outside(beyond) == 1  # bases that extrapolate leave it to the guard
     except SolverFailure:
         noticed = True
-    lost = np.vstack([0.5 * upper, np.full(case.dimension, np.nan)])
-    found = basis.first_outside(lost)
-    return Finding.all(
-        [
-            Finding.as_declared(
-                not noticed, case.promises.extrapolates, "evaluation outside the nodes", "at 1.5 x"
-            ),
-            Finding(found == 1, f"first_outside says {found} where particle 1 is not a number"),
-        ]
-    )
+    claim = "evaluation outside the nodes"
+    yield Finding.as_declared(not noticed, case.promises.extrapolates, claim, "at 1.5 x")
+    found = basis.first_outside(np.vstack([0.5 * upper, np.full(case.dimension, np.nan)]))
+    yield Finding(found == 1, f"first_outside says {found} where particle 1 is not a number")
 
 
-def nodes_follow(case: BasisCase) -> Finding:
+@CHECKS.asks()
+def nodes_follow(case: BasisCase) -> Iterator[Finding]:
     """A stretch along the axes with a shift moves the nodes exactly, and all that follows; or it is refused."""
     if not case.promises.moves:
-        return moving_is_refused(case)
+        yield moving_is_refused(case)
+        return
     if not case.moved:
-        return Finding(True, "nodes at rest")
+        yield Finding(True, "nodes at rest")
+        return
     basis = case.build()
     start = basis.nodes.copy()
     displacement = 0.03 + start * np.linspace(0.1, 0.2, case.dimension)
     basis.move(displacement)
     error = largest(basis.nodes - start - displacement)
-    return Finding(
-        error < 1e-13, f"nodes follow a stretch along the axes with an error of {error:.2g} m"
-    )
+    text = f"nodes follow a stretch along the axes with an error of {error:.2g} m"
+    yield Finding(error < 1e-13, text)
 
 
 def moving_is_refused(case: BasisCase) -> Finding:
@@ -241,16 +210,3 @@ def moving_is_refused(case: BasisCase) -> Finding:
     except NotApplicable as refusal:
         return Finding(True, f"refused: {refusal}")
     return Finding(False, "nodes move, and it is declared that they cannot")
-
-
-CHECKS: dict[str, Check] = {
-    "partition of unity": partition_of_unity,
-    "linear completeness": linear_completeness,
-    "sign": sign,
-    "gradient is the derivative": gradient_is_the_derivative,
-    "kernels see the same functions": kernels_see_the_same_functions,
-    "kronecker": kronecker,
-    "gradient jumps": gradient_jumps,
-    "outside is noticed": outside_is_noticed,
-    "nodes follow": nodes_follow,
-}

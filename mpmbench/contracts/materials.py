@@ -1,15 +1,18 @@
 """The contract of a material: stress and energy belong together, rotations change nothing, small strains are linear."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from mpmbench.contracts import Check, Finding
+from mpmbench.contracts import Contract, Finding, largest
 from mpmbench.core import registry
 from mpmbench.core.compiled import kernel
 from mpmbench.core.materials import cauchy_stress, energy_density
+
+CHECKS = Contract()
 
 
 @dataclass(frozen=True)
@@ -69,77 +72,64 @@ def energy(material: Any, F: np.ndarray) -> float:
     return float(energy_of(material.law, (0.0,) * len(F), F, np.zeros(material.history)))
 
 
-def stress_is_the_derivative_of_the_energy(case: MaterialCase) -> Finding:
+def elastic(case: MaterialCase) -> bool:
+    """The stress is a function of F that belongs to an energy."""
+    return bool(case.material.conserves_energy)
+
+
+@CHECKS.asks(elastic)
+def stress_is_the_derivative_of_the_energy(case: MaterialCase) -> Iterator[Finding]:
     """``sigma = (dW/dF) F^T / J`` by central differences; of materials that store the work."""
     material, dim = case.material, case.dimension
     errors = []
     for F in case.deformations():
         P = np.zeros((dim, dim))
-        for i in range(dim):
-            for j in range(dim):
-                dF = np.zeros((dim, dim))
-                dF[i, j] = 1e-6
-                P[i, j] = (energy(material, F + dF) - energy(material, F - dF)) / 2e-6
+        for i, j in np.ndindex(dim, dim):
+            dF = np.zeros((dim, dim))
+            dF[i, j] = 1e-6
+            P[i, j] = (energy(material, F + dF) - energy(material, F - dF)) / 2e-6
         expected = P @ F.T / np.linalg.det(F)
-        errors.append(np.abs(stress(material, F) - expected).max() / np.abs(expected).max())
-    return Finding.below(
-        float(np.max(errors)), 2e-6, "relative difference from the derivative of the energy"
+        errors.append((stress(material, F) - expected) / largest(expected))
+    yield Finding.below(
+        np.array(errors), 2e-6, "relative difference from the derivative of the energy"
     )
 
 
-def objectivity(case: MaterialCase) -> Finding:
+@CHECKS.asks(lambda case: case.material.history == 0 and case.dimension > 1)
+def objectivity(case: MaterialCase) -> Iterator[Finding]:
     """``sigma(Q F) = Q sigma(F) Q^T`` and a symmetric stress exactly when the material says so."""
     material = case.material
     Q = Rotation.from_rotvec([0.0, 0.0, 0.7]).as_matrix()[: case.dimension, : case.dimension]
     rotated, skew = [], []
     for F in case.deformations():
         sigma = stress(material, F)
-        scale = np.abs(sigma).max()
-        rotated.append(np.abs(stress(material, Q @ F) - Q @ sigma @ Q.T).max() / scale)
-        skew.append(np.abs(sigma - sigma.T).max() / scale)
+        scale = largest(sigma)
+        rotated.append(largest(stress(material, Q @ F) - Q @ sigma @ Q.T) / scale)
+        skew.append(largest(sigma - sigma.T) / scale)
     holds = bool(np.max(rotated) < 1e-10 and np.max(skew) < 1e-10)
     measured = f"relative errors {np.max(rotated):.2g} and {np.max(skew):.2g}"
-    return Finding.as_declared(
-        holds, material.symmetric, "an objective, symmetric stress", measured
-    )
+    claim = "an objective, symmetric stress"
+    yield Finding.as_declared(holds, material.symmetric, claim, measured)
 
 
-def small_strains_are_linear_elastic(case: MaterialCase) -> Finding:
+@CHECKS.asks(elastic)
+def small_strains_are_linear_elastic(case: MaterialCase) -> Iterator[Finding]:
     """``sigma = lambda tr(eps) I + 2 mu eps`` for small strains, with `lame_parameters`, which bound the time step."""
     material, dim = case.material, case.dimension
     lame, shear = material.lame_parameters()
     strain = 1e-7 * np.arange(1.0, 1.0 + dim**2).reshape(dim, dim)
     strain = 0.5 * (strain + strain.T)
     expected = lame * np.trace(strain) * np.eye(dim) + 2.0 * shear * strain
-    error = np.abs(stress(material, np.eye(dim) + strain) - expected).max() / np.abs(expected).max()
-    return Finding.below(float(error), 2e-5, "relative difference from linear elasticity")
+    error = (stress(material, np.eye(dim) + strain) - expected) / largest(expected)
+    yield Finding.below(error, 2e-5, "relative difference from linear elasticity")
 
 
-def lower_dimensions_are_plane_strain(case: MaterialCase) -> Finding:
+@CHECKS.asks(elastic)
+def lower_dimensions_are_plane_strain(case: MaterialCase) -> Iterator[Finding]:
     """The stress in 1D and 2D is that of 3D with F = 1 in the missing directions."""
     material, dim = case.material, case.dimension
     F = np.eye(3)
     F[:dim, :dim] = case.deformations()[0] if dim < 3 else np.eye(3)
     expected, computed = stress(material, F)[:dim, :dim], stress(material, F[:dim, :dim].copy())
-    scale = max(np.abs(expected).max(), 1e-300)
-    return Finding.below(
-        float(np.abs(computed - expected).max() / scale), 1e-12, "relative difference from 3D"
-    )
-
-
-CHECKS: dict[str, Check] = {
-    "stress is the derivative of the energy": stress_is_the_derivative_of_the_energy,
-    "objectivity": objectivity,
-    "small strains are linear elastic": small_strains_are_linear_elastic,
-    "lower dimensions are plane strain": lower_dimensions_are_plane_strain,
-}
-
-
-def checks(case: MaterialCase) -> dict[str, Check]:
-    """Those that apply: stress is a function of F where there is no history, and has an energy where work is stored."""
-    elastic, without_history = case.material.conserves_energy, case.material.history == 0
-    return {
-        name: check
-        for name, check in CHECKS.items()
-        if (without_history and case.dimension > 1 if name == "objectivity" else elastic)
-    }
+    error = (computed - expected) / max(largest(expected), 1e-300)
+    yield Finding.below(error, 1e-12, "relative difference from 3D")

@@ -10,7 +10,7 @@ CASES = [
     (check, case)
     for name in registry.names("material")
     for case in materials.cases(name)
-    for check in materials.checks(case)
+    for check in materials.CHECKS.of(case)
 ]
 
 

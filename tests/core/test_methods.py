@@ -69,7 +69,7 @@ CASES = [case for choices in COMBINATIONS if applicable(choices) for case in loo
 @pytest.mark.parametrize("case", CASES, ids=case_name)
 @pytest.mark.parametrize("check", FOR_ALL)
 def test_contract(check: str, case: loops.MethodCase) -> None:
-    if check in loops.checks(case):
+    if check in loops.CHECKS.of(case):
         finding = loops.CHECKS[check](case)
         assert finding.passed, finding.text
 
@@ -84,7 +84,7 @@ def test_angular_momentum_needs_a_symmetric_stress(case: loops.MethodCase) -> No
 @pytest.mark.parametrize("check", [name for name in loops.CHECKS if name not in FOR_ALL])
 def test_contract_of_the_presets(check: str, choices: Explicit) -> None:
     for case in loops.cases(choices):
-        if check in loops.checks(case):
+        if check in loops.CHECKS.of(case):
             finding = loops.CHECKS[check](case)
             assert finding.passed, finding.text
 

@@ -48,7 +48,7 @@ def test_a_flipped_sign_is_found(check: str) -> None:
 
 @pytest.mark.parametrize("name", ("flip", "pic", "blend", "apic"))
 def test_which_transfers_filter_small_scales(name: str) -> None:
-    finding = loops.energy(loops.MethodCase(Explicit(transfer=name, flip=0.9), 2))
+    finding = loops.energy_of_small_scales(loops.MethodCase(Explicit(transfer=name, flip=0.9), 2))
     assert finding.passed, finding.text
 
 

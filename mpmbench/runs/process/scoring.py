@@ -1,13 +1,14 @@
 """The child's side of ``check``: what a plug-in file brings, and whether it keeps its contract."""
 
 import importlib
+from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from numba.core.event import TimingListener, register
 
-from mpmbench.contracts import Check, Finding, bases, loops, materials, problems
+from mpmbench.contracts import Check, Contract, Finding, bases, loops, materials, problems
 from mpmbench.core import registry
 from mpmbench.core.loops import find_loop
 from mpmbench.core.loops.explicit import Explicit
@@ -59,27 +60,29 @@ def judge(
 
 def cases(kind: str, name: str, settings: dict[str, Any]) -> Cases:
     """All cases of a plug-in, lowest dimension first."""
+    contract: Contract
+    found: Sequence[Any]
     if kind == "basis":
-        found = bases.cases(name)
-        return [
-            (f"{case.dimension}D{' moved' if case.moved else ''}", case, bases.CHECKS)
-            for case in found
-        ]
-    if kind == "material":
-        return [
-            (f"{case.dimension}D", case, materials.checks(case)) for case in materials.cases(name)
-        ]
-    if kind in ("method", "transfer"):
+        contract, found = bases.CHECKS, bases.cases(name)
+    elif kind == "material":
+        contract, found = materials.CHECKS, materials.cases(name)
+    elif kind in ("method", "transfer"):
         loop = find_loop(name) if kind == "method" else Explicit
         choices = loop(**settings["method"])
-        if choices.implicit:
-            return []  # the contract is that of explicit loops
-        return [(f"{case.dimension}D", case, loops.checks(case)) for case in loops.cases(choices)]
-    problem = problems.ProblemCase(
-        name, parameters(settings["problem"]), settings["material"]["name"], parameters(settings["material"]),
-        settings["resolution"], settings["particles_per_cell"], settings["end_time"],
-    )  # fmt: skip
-    return [(f"{problem.problem.dimension}D", problem, problems.CHECKS)]
+        # the contract is that of explicit loops
+        contract, found = loops.CHECKS, [] if choices.implicit else loops.cases(choices)
+    else:
+        problem = problems.ProblemCase(
+            name, parameters(settings["problem"]), settings["material"]["name"], parameters(settings["material"]),
+            settings["resolution"], settings["particles_per_cell"], settings["end_time"],
+        )  # fmt: skip
+        contract, found = problems.CHECKS, [problem]
+    return [(label(case), case, contract.of(case)) for case in found]
+
+
+def label(case: Any) -> str:
+    """What a case is called on the card, for example ``2D moved``."""
+    return f"{case.dimension}D{' moved' if getattr(case, 'moved', False) else ''}"
 
 
 def parameters(settings: dict[str, Any]) -> dict[str, Any]:
