@@ -15,8 +15,7 @@ from mpmbench.runs.process import environment
 environment.prepare(os.environ)  # where kernels are kept, before anything of theirs is imported
 
 from mpmbench.case.output import measured  # noqa: E402
-from mpmbench.case.read import instantiate  # noqa: E402
-from mpmbench.core import registry  # noqa: E402
+from mpmbench.case.read import instantiate, plugin  # noqa: E402
 from mpmbench.core import simulation as solver  # noqa: E402
 from mpmbench.core.loops import find_loop  # noqa: E402
 from mpmbench.settings.schema import BadInput, composed, did_you_mean, options  # noqa: E402
@@ -48,8 +47,7 @@ def make(kind: str, name: str, **settings: Any) -> Any:
     given = composed(kind, name)[kind] | settings
     if kind == "method":
         return instantiate(kind, find_loop(given["time"]), given)
-    del given["name"]
-    return instantiate(kind, registry.get(kind, name), given)
+    return plugin(kind, given | {"name": name})
 
 
 def simulate(
@@ -86,8 +84,8 @@ def simulate(
         When the combination makes no sense.
     """
     basis, material, method = (
-        make(kind, plugin) if isinstance(plugin, str) else plugin
-        for kind, plugin in (("basis", basis), ("material", material), ("method", method))
+        make(kind, chosen) if isinstance(chosen, str) else chosen
+        for kind, chosen in (("basis", basis), ("material", material), ("method", method))
     )
     name = type(basis).__name__
     method.check(SimpleNamespace(basis=basis, basis_name=name, material=material))

@@ -67,9 +67,7 @@ def solve(config: Config, progress: Progress | None = None) -> xr.Dataset:
         time_step = step_size(config, case, state)
         warm = build(case)
         first = time_step(warm) if callable(time_step) else time_step
-        simulate(
-            warm, first, min(first, end_time)
-        )  # compiles, so that the run itself is timed without it
+        simulate(warm, first, min(first, end_time))  # compiles, outside the time of the run
         del warm
     except SolverFailure as failure:
         solution = Solution(status=failure.status, reason=f"{failure} (before the first step)")

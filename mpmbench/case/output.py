@@ -1,7 +1,8 @@
 """From a solution to the dataset that a result file holds: scalars, histories, snapshots and errors, with units."""
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Hashable
+from itertools import zip_longest
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,6 +13,18 @@ from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
 
 UNITS = {"displacement": "m", "velocity": "m s-1", "stress": "Pa"}
+
+
+def labelled(
+    dims: str | tuple[Hashable, ...], values: Any, unit: str, text: str
+) -> tuple[Any, ...]:
+    """A variable with its unit and long name, as xarray takes it."""
+    return dims, values, {"units": unit, "long_name": text}
+
+
+def scalar(value: float, unit: str, text: str) -> tuple[Any, ...]:
+    """A number with its unit and long name, as xarray takes it."""
+    return labelled((), value, unit, text)
 
 
 def dataset(
@@ -29,21 +42,17 @@ def dataset(
     }
     if state is None:
         return out
-    X = state.particles.X[state.particles.material]
+    problem, X = case.problem, state.particles.X[state.particles.material]
     _add_exact(out, case, X, solution)
     if solution.status == "ok":
-        scalar = partial(_add_scalar, out)
-        _add_errors(case, X, solution, scalar)
-        floor = case.problem.temporal_floor(
-            solution.time_step, solution.time_reached, X, case.material
-        )
-        text = "displacement error of the time integration alone, predicted"
-        scalar("predicted_temporal_floor", floor, "m", text)
-    for name, (value, unit, text, *dims) in case.problem.quantities(
-        solution, case.material
-    ).items():
+        _add_errors(out, case, X, solution)
+        floor = problem.temporal_floor(solution.time_step, solution.time_reached, X, case.material)
+        if floor is not None:
+            text = "displacement error of the time integration alone, predicted"
+            out["predicted_temporal_floor"] = scalar(floor, "m", text)
+    for name, (value, unit, text, *dims) in problem.quantities(solution, case.material).items():
         default = ("time",) if np.ndim(value) else ()
-        out[name] = (dims[0] if dims else default, value, {"units": unit, "long_name": text})
+        out[name] = labelled(dims[0] if dims else default, value, unit, text)
     return out
 
 
@@ -51,193 +60,139 @@ def measured(state: State | None, solution: Solution, compile_time: float) -> xr
     """What a solution says by itself, whatever the problem: scalars, histories and snapshots."""
     attributes = {"status": solution.status, "reason": solution.reason}
     out = xr.Dataset(attrs=attributes | {"time_step": solution.time_step})
-    scalar = partial(_add_scalar, out)
-    scalar("steps", solution.steps, "1", "number of time steps done")
-    scalar("time_reached", solution.time_reached, "s", "simulated time reached")
-    scalar("solver_time", solution.solver_time, "s", "time in the time steps")
-    scalar("compile_time", compile_time, "s", "time for set-up and compiling")
+    out["steps"] = scalar(solution.steps, "1", "number of time steps done")
+    out["time_reached"] = scalar(solution.time_reached, "s", "simulated time reached")
+    out["solver_time"] = scalar(solution.solver_time, "s", "time in the time steps")
+    out["compile_time"] = scalar(compile_time, "s", "time for set-up and compiling")
     if state is None:
         return out
     text = "number of nodes (degrees of freedom per component)"
-    scalar("n_nodes", len(state.basis.nodes), "1", text)
+    out["n_nodes"] = scalar(len(state.basis.nodes), "1", text)
     particles = state.particles.material.stop
-    scalar("n_particles", particles, "1", "number of particles with mass")
-    for name, (value, unit, text) in state.basis.statistics().items():
-        scalar(name, value, unit, text)
+    out["n_particles"] = scalar(particles, "1", "number of particles with mass")
+    for name, said in state.basis.statistics().items():
+        out[name] = scalar(*said)
     text = "number of times a particle has changed its grid cell"
-    scalar("n_cell_crossings", solution.cell_crossings, "1", text)
-    _add_history(out, solution, scalar)
+    out["n_cell_crossings"] = scalar(solution.cell_crossings, "1", text)
+    _add_history(out, solution)
     _add_records(out, solution)
     _add_snapshots(out, state, solution)
     return out
 
 
-def _add_scalar(
-    out: xr.Dataset, name: str, value: float | int | None, unit: str, text: str
-) -> None:
-    if value is not None:
-        out[name] = ((), value, {"units": unit, "long_name": text})
-
-
-def _add_history(out: xr.Dataset, solution: Solution, scalar: Callable[..., None]) -> None:
+def _add_history(out: xr.Dataset, solution: Solution) -> None:
     history = {name: np.array(values) for name, values in solution.history.items()}
-    out.coords["time"] = ("time", history["time"], {"units": "s", "long_name": "time"})
-    for name, unit, dims in (
-        ("kinetic_energy", "J", ("time",)),
-        ("strain_energy", "J", ("time",)),
-        ("external_work", "J", ("time",)),
-        ("momentum", "kg m s-1", ("time", "dim")),
-        ("angular_momentum", "kg m2 s-1", ("time", "axis")),
+    out.coords["time"] = labelled("time", history["time"], "s", "time")
+    for name, unit, *axes in (
+        ("kinetic_energy", "J"),
+        ("strain_energy", "J"),
+        ("external_work", "J"),
+        ("momentum", "kg m s-1", "dim"),
+        ("angular_momentum", "kg m2 s-1", "axis"),
     ):
-        out[name] = (dims, history[name], {"units": unit, "long_name": name.replace("_", " ")})
-    kinetic, energy = (
-        history["kinetic_energy"],
-        history["kinetic_energy"] + history["strain_energy"],
-    )
-    balance = np.abs(energy - history["external_work"] - energy[0])
+        out[name] = labelled(("time", *axes), history[name], unit, name.replace("_", " "))
+    kinetic = history["kinetic_energy"]
+    energy = kinetic + history["strain_energy"]
+    balance = np.abs(energy - history["external_work"] - energy[0]).max()
     scale = max(energy[0], kinetic.max())
-    scalar(
-        "energy_drift",
-        balance.max() / scale if scale > 0.0 else np.nan,
+    out["energy_drift"] = scalar(
+        balance / scale if scale > 0.0 else np.nan,
         "1",
         "largest |kinetic + strain - external work - initial energy| over max(initial energy, largest kinetic)",
     )
-    drift = np.linalg.norm(history["momentum"] - history["momentum"][0], axis=1)
-    scalar("momentum_drift", drift.max(), "kg m s-1", "largest change of total momentum")
+    drift = np.linalg.norm(history["momentum"] - history["momentum"][0], axis=1).max()
+    out["momentum_drift"] = scalar(drift, "kg m s-1", "largest change of total momentum")
 
 
 def _add_records(out: xr.Dataset, solution: Solution) -> None:
     """What the time loop noted about each step; lists of different lengths are padded with nan."""
-    for name, row_dim, dim, unit, text in (
-        (
-            "newton_residual",
-            "tried",
-            "iteration",
-            "1",
-            "residual of Newton's iteration relative to the external force",
-        ),
-        ("reaction", "solved", "dim", "N", "sum of the forces that hold the constrained nodes"),
+    residual = "residual of Newton's iteration relative to the external force"
+    for name, dims, unit, text in (
+        ("newton_residual", ("tried", "iteration"), "1", residual),
+        ("reaction", ("solved", "dim"), "N", "sum of the forces that hold the constrained nodes"),
     ):
         rows = solution.records.get(name)
         if rows:
-            table = np.full((len(rows), max(len(row) for row in rows)), np.nan)
-            for step, row in enumerate(rows):
-                table[step, : len(row)] = row
-            out[name] = ((row_dim, dim), table)
-            out[name].attrs = {"units": unit, "long_name": text}
+            table = np.array([*zip_longest(*rows, fillvalue=np.nan)]).T
+            out[name] = labelled(dims, table, unit, text)
     if "newton_residual" in solution.records:
-        for name, record, text in (
-            (
-                "stiffened_steps",
-                "stiffened_at",
-                "number of steps that converged with a stiffer tangent only",
-            ),
-            (
-                "halved_steps",
-                "halved_at",
-                "number of steps that did not converge and were done in two halves",
-            ),
+        for kind, text in (
+            ("stiffened", "number of steps that converged with a stiffer tangent only"),
+            ("halved", "number of steps that did not converge and were done in two halves"),
         ):
-            out[name] = (
-                (),
-                len(solution.records.get(record, [])),
-                {"units": "1", "long_name": text},
-            )
+            number = len(solution.records.get(f"{kind}_at", []))
+            out[f"{kind}_steps"] = scalar(number, "1", text)
 
 
 def _add_snapshots(out: xr.Dataset, state: State, solution: Solution) -> None:
-    p = state.particles
+    p, shots = state.particles, solution.snapshots
     keep, X = p.material, p.X[p.material]
-    shots = solution.snapshots
+
+    def kept(name: str) -> np.ndarray:
+        return np.array([shot[name][keep] for shot in shots])
+
     times = np.array([shot["time"] for shot in shots])
-    out.coords["snapshot_time"] = (
-        "snapshot",
-        times,
-        {"units": "s", "long_name": "time of the snapshot"},
-    )
-    out["position_initial"] = (
-        ("particle", "dim"),
-        X,
-        {"units": "m", "long_name": "initial position"},
-    )
-    vector, tensor = ("snapshot", "particle", "dim"), ("snapshot", "particle", "dim", "dim2")
-    position = np.array([shot["x"][keep] for shot in shots])
-    computed = {
-        "position": (vector, position, "m"),
-        "displacement": (vector, position - X, "m"),
-        "velocity": (vector, np.array([shot["v"][keep] for shot in shots]), "m s-1"),
-        "stress": (tensor, np.array([shot["sigma"][keep] for shot in shots]), "Pa"),
-        "volume": (
-            ("snapshot", "particle"),
-            np.array([shot["V"][keep] for shot in shots]),
-            f"m{p.dimension}",
-        ),
-    }
-    for name, (dims, values, unit) in computed.items():
-        out[name] = (dims, values, {"units": unit, "long_name": name})
+    out.coords["snapshot_time"] = labelled("snapshot", times, "s", "time of the snapshot")
+    out["position_initial"] = labelled(("particle", "dim"), X, "m", "initial position")
+    each, position = ("snapshot", "particle"), kept("x")
+    for name, axes, values, unit in (
+        ("position", ("dim",), position, "m"),
+        ("displacement", ("dim",), position - X, "m"),
+        ("velocity", ("dim",), kept("v"), "m s-1"),
+        ("stress", ("dim", "dim2"), kept("sigma"), "Pa"),
+        ("volume", (), kept("V"), f"m{p.dimension}"),
+    ):
+        out[name] = labelled((*each, *axes), values, unit, name)
     for name, (column, unit, text) in state.material.outputs.items():
         values = np.array([shot["state"][keep, column] for shot in shots])
-        out[name] = (("snapshot", "particle"), values, {"units": unit, "long_name": text})
+        out[name] = labelled(each, values, unit, text)
     for name, declared in p.declared.items():
-        axes = [
+        own = [
             ("dim", "dim2")[declared.axes[:k].count("dim")] if axis == "dim" else f"{name}_{k}"
             for k, axis in enumerate(declared.axes)
         ]
-        values = np.array([shot[name][keep] for shot in shots])
-        out[name] = (("snapshot", "particle", *axes), values)
-        out[name].attrs = {"units": declared.unit, "long_name": declared.says}
+        out[name] = labelled((*each, *own), kept(name), declared.unit, declared.says)
 
 
 def _add_exact(out: xr.Dataset, case: Case, X: np.ndarray, solution: Solution) -> None:
     """Exact fields at the instants of the snapshots, where the problem knows them."""
-    times, half = out.snapshot_time.values, _velocity_lag(case, solution)
-    exact = [_exact(case, X, t, half if t > 0.0 else 0.0) for t in times]
+    exact = [_exact(case, X, t, solution) for t in out.snapshot_time.values]
     for name, unit in UNITS.items():
         parts = [fields.get(name) for fields in exact]
         if all(part is not None for part in parts):
-            out[f"{name}_exact"] = (out[name].dims, np.array(parts))
-            out[f"{name}_exact"].attrs = {"units": unit, "long_name": f"exact {name}"}
+            out[f"{name}_exact"] = labelled(out[name].dims, np.array(parts), unit, f"exact {name}")
 
 
-def _velocity_lag(case: Case, solution: Solution) -> float:
-    """How much earlier than positions velocities live [s]."""
-    return case.choices.velocity_lag * solution.time_step
-
-
-def _exact(case: Case, X: np.ndarray, t: float, half_step: float) -> dict[str, np.ndarray]:
-    """Exact fields at t, the velocity half a step earlier, where that of the leapfrog scheme lives."""
+def _exact(case: Case, X: np.ndarray, t: float, solution: Solution) -> dict[str, np.ndarray]:
+    """Exact fields at t, the velocity where that of the loop lives, which may be half a step earlier."""
     exact = dict(case.problem.exact(X, t, case.material))
-    if "velocity" in exact:
-        exact["velocity"] = case.problem.exact(X, t - half_step, case.material)["velocity"]
+    if "velocity" in exact and t > 0.0:
+        lag = case.choices.velocity_lag * solution.time_step
+        exact["velocity"] = case.problem.exact(X, t - lag, case.material)["velocity"]
     return exact
 
 
-def _add_errors(case: Case, X: np.ndarray, solution: Solution, scalar: Callable[..., None]) -> None:
-    last, t = solution.snapshots[-1], solution.time_reached
-    n = len(X)
+def _add_errors(out: xr.Dataset, case: Case, X: np.ndarray, solution: Solution) -> None:
+    n, last, t = len(X), solution.snapshots[-1], solution.time_reached
     computed = {
         "displacement": last["x"][:n] - X,
         "velocity": last["v"][:n],
         "stress": last["sigma"][:n],
     }
-    references = {"": _exact(case, X, t, _velocity_lag(case, solution))}
-    references["_alternative"] = case.problem.alternative(X, t, case.material)
-    for suffix, exact in references.items():
+    second = case.problem.alternative(X, t, case.material)
+    for suffix, against, exact in (
+        ("", "", _exact(case, X, t, solution)),
+        ("_alternative", " against the second reference", second),
+    ):
         for name, reference in exact.items():
             error, relative = error_norms(computed[name], reference)
-            text = f"root mean square error of the {name}" + (
-                " against the second reference" if suffix else ""
-            )
-            scalar(f"error_{name}_rms{suffix}", error, UNITS[name], text)
-            scalar(
-                f"error_{name}_relative{suffix}", relative, "1", text + ", relative to the field"
-            )
+            text = f"root mean square error of the {name}{against}"
+            out[f"error_{name}_rms{suffix}"] = scalar(error, UNITS[name], text)
+            text += ", relative to the field"
+            out[f"error_{name}_relative{suffix}"] = scalar(relative, "1", text)
         if not suffix and "stress" in exact and X.shape[1] > 1:
             error, relative = error_norms(computed["stress"][:, 0, 0], exact["stress"][:, 0, 0])
-            scalar(
-                "error_stress_11_rms",
-                error,
-                "Pa",
-                "root mean square error of the normal stress along x_1",
-            )
-            scalar("error_stress_11_relative", relative, "1", "the same, relative to the field")
+            text = "root mean square error of the normal stress along x_1"
+            out["error_stress_11_rms"] = scalar(error, "Pa", text)
+            text = "the same, relative to the field"
+            out["error_stress_11_relative"] = scalar(relative, "1", text)

@@ -52,7 +52,7 @@ def read(config: Config) -> Case:
         loops = "one of " + ", ".join(registry.names("method"))
         raise BadSetting("method.time", method["time"], loops) from None
     choices = instantiate("method", loop, method)
-    built = {kind: _plugin(kind, config[kind]) for kind in ("problem", "basis", "material")}
+    built = {kind: plugin(kind, config[kind]) for kind in ("problem", "basis", "material")}
     if any(field.name == "random_seed" for field in fields(built["problem"])):
         built["problem"] = replace(built["problem"], random_seed=int(config.get("seed", 0)))
     resolution, per_cell = int(config["resolution"]), int(config["particles_per_cell"])
@@ -88,37 +88,26 @@ def read(config: Config) -> Case:
     return case
 
 
-def _plugin(kind: str, settings: Mapping[str, Any]) -> Any:
-    return instantiate(
-        kind,
-        registry.get(kind, settings["name"]),
-        {k: v for k, v in settings.items() if k != "name"},
-    )
+def plugin(kind: str, settings: Mapping[str, Any]) -> Any:
+    """The plug-in that settings name, with the rest of them; raises as `instantiate` does."""
+    own = {key: value for key, value in settings.items() if key != "name"}
+    return instantiate(kind, registry.get(kind, settings["name"]), own)
 
 
 def instantiate(kind: str, cls: type, settings: Mapping[str, Any]) -> Any:
     """A plug-in with its settings; raises `BadSetting` with the full key of one that is wrong."""
     known = {field.name for field in fields(cls)}
     for key in settings:
-        require(
-            key in known,
-            f"{kind}.{key}",
-            settings[key],
-            f"a key that {kind} has ({', '.join(sorted(known))})",
-        )
+        allowed = f"a key that {kind} has ({', '.join(sorted(known))})"
+        require(key in known, f"{kind}.{key}", settings[key], allowed)
     try:
         return cls(**settings)
     except BadSetting as error:
         raise BadSetting(f"{kind}.{error.key}", error.value, error.allowed, error.hint) from None
 
 
-def check(config: Config) -> None:
-    """Validate a configuration without building anything large; raises as `read` does."""
-    read(config)
-
-
 def estimate_memory(config: Config) -> float:
-    """Upper estimate of the memory that a run takes [MiB]."""
+    """Upper estimate of the memory that a run takes [MiB]; raises as `read` does."""
     case = read(config)
     dim = case.problem.dimension
     geometry = case.problem.nodes(case.resolution, case.choices)
@@ -133,14 +122,10 @@ def estimate_memory(config: Config) -> float:
     particle = 8.0 * numbers * 4  # arrays, their snapshots, and the state that is warmed up
     clouds = case.choices.moving or not case.basis.promises.grid
     stencil = 8.0 * 5**dim * (2 + 2 * dim) if clouds else 0.0
-    if (
-        case.choices.implicit
-    ):  # where each pair of functions of a particle goes in the matrix, and its band
-        pairs = (3**dim) ** 2 if clouds else (2**dim) ** 2
-        stencil += 4.0 * pairs
+    band = 0.0
+    if case.choices.implicit:  # the places of a particle's pairs of functions in the matrix
+        stencil += 4.0 * ((3**dim) ** 2 if clouds else (2**dim) ** 2)
         cells_across = cells ** (1.0 - 1.0 / dim)
         band = 8.0 * dim * min(9.0 * dim * cells_across, 2000.0)
-    else:
-        band = 0.0
     node = 8.0 * (1 + 8 * dim) + (8.0 * 3 * 5**dim if case.choices.mass == "consistent" else 0.0)
     return (cells * case.particles_per_cell * (particle + stencil) + cells * (node + band)) / 2**20

@@ -41,7 +41,6 @@ def check(
         answer: dict[str, Any] = {"bad": "", "not_applicable": reason, "memory": 0.0}
         try:
             if not reason:
-                case.check(config)
                 answer["memory"] = case.estimate_memory(config)
         except BadSetting as error:
             answer["bad"] = str(error)

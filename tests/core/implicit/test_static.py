@@ -110,7 +110,7 @@ def test_ways_to_hold_the_clamp_agree_where_they_should() -> None:
     exact = float(cantilever("gmm", "mls", method__dirichlet="multipliers").tip_deflection)
     assert exact == pytest.approx(direct, rel=1e-9)
     with pytest.raises(NotApplicable, match="relative_radius=2"):
-        case.check(compose("cantilever_self_weight", "gmm", "mls", basis__relative_radius=2.0))
+        case.read(compose("cantilever_self_weight", "gmm", "mls", basis__relative_radius=2.0))
     wide = cantilever(
         "gmm", "mls", basis__relative_radius=2.0, method__dirichlet="multipliers", resolution=64
     )
@@ -242,7 +242,7 @@ def test_settings_are_checked() -> None:
         ({"basis__weight": "sinc"}, "cubic_spline"),
     ):
         with pytest.raises((BadInput, BadSetting), match=message):
-            case.check(compose("cantilever_self_weight", "gmm", "mls", **changes))
+            case.read(compose("cantilever_self_weight", "gmm", "mls", **changes))
     for method, changes, message in (
         ("gmm", {"method__transfer": "flip"}, "transfer=nodal"),
         ("implicit_mpm", {"method__transfer": "pic"}, "transfer=flip"),
@@ -251,7 +251,7 @@ def test_settings_are_checked() -> None:
         ("implicit_mpm", {"method__stress_update": "musl"}, "stress_update=usl"),
     ):
         with pytest.raises(NotApplicable, match=message):
-            case.check(
+            case.read(
                 compose(
                     "cantilever_self_weight",
                     method,

@@ -178,4 +178,4 @@ def test_experiments_apply(name):
     assert len(found) >= 1
     for config, reason in found:
         assert reason == ""
-        case.check(config)
+        case.read(config)
