@@ -61,19 +61,11 @@ class Setting:
     @property
     def limits(self) -> str:
         """The range in words, for example ``from 0 to less than 1``; empty where there is none."""
-        lower, upper = self.least, self.most
-        if self.above is not None:
-            words = f"greater than {self.above:g}"
-            if self.below is not None:
-                return f"{words} and less than {self.below:g}"
-            return words if upper is None else f"{words}, at most {upper:g}"
-        if lower is None:
-            if self.below is not None:
-                return f"less than {self.below:g}"
-            return "" if upper is None else f"of at most {upper:g}"
-        if self.below is not None:
-            return f"from {lower:g} to less than {self.below:g}"
-        return f"of at least {lower:g}" if upper is None else f"from {lower:g} to {upper:g}"
+        lower, upper = (
+            next((name for name in names if getattr(self, name) is not None), None)
+            for names in (("above", "least"), ("below", "most"))
+        )
+        return LIMITS[lower, upper].format(**vars(self))
 
     def needed(self, value: Any) -> str:
         """What is needed instead of a value: a finite number, or what is allowed."""
@@ -110,6 +102,17 @@ class Setting:
         return given
 
 
+LIMITS: dict[tuple[str | None, str | None], str] = {
+    (None, None): "",
+    (None, "below"): "less than {below:g}",
+    (None, "most"): "of at most {most:g}",
+    ("above", None): "greater than {above:g}",
+    ("above", "below"): "greater than {above:g} and less than {below:g}",
+    ("above", "most"): "greater than {above:g}, at most {most:g}",
+    ("least", None): "of at least {least:g}",
+    ("least", "below"): "from {least:g} to less than {below:g}",
+    ("least", "most"): "from {least:g} to {most:g}",
+}
 KINDS: tuple[tuple[type | tuple[type, ...], str], ...] = (
     (bool, "true or false"),
     (int, "a whole number"),
@@ -160,20 +163,9 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     return f"; did you mean {near[0]}?" if near else ""
 
 
-def setting(
-    default: Any,
-    says: str,
-    *,
-    unit: str = "",
-    options: tuple[Any, ...] | None = None,
-    least: float | None = None,
-    most: float | None = None,
-    above: float | None = None,
-    below: float | None = None,
-    by_preset: bool = False,
-) -> Any:
+def setting(default: Any, says: str, **more: Any) -> Any:
     """Field of a dataclass that declares a setting; the arguments are those of `Setting`."""
-    one = Setting(default, says, unit, options, least, most, above, below, by_preset)
+    one = Setting(default, says, **more)
     metadata = {"setting": one}
     if isinstance(default, list):
         return field(default_factory=lambda: list(default), metadata=metadata)
