@@ -9,7 +9,7 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from functools import cache, partial
+from functools import cache, partial, wraps
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from importlib.metadata import entry_points
@@ -30,7 +30,9 @@ PACKAGES = {
 _registered: dict[str, dict[str, Any]] = {kind: {} for kind in PACKAGES}
 _broken: dict[str, BaseException] = {}  # plug-in files that cannot be imported, by module
 PREFIX = "mpmbench_plugin_"  # of the names that plug-in files have as modules
+VARIABLE = "MPMBENCH_PLUGINS"
 Plugin = TypeVar("Plugin")
+Found = TypeVar("Found")
 
 
 class BrokenPlugin(ImportError):
@@ -107,14 +109,17 @@ def names(kind: str) -> list[str]:
     return sorted({*places(kind), *_registered[kind]})
 
 
+def while_plugins_stay(find: Callable[..., Found]) -> Callable[..., Found]:
+    """Keep what a function has found as long as ``MPMBENCH_PLUGINS`` is the same."""
+    kept = cache(lambda variable, *arguments: find(*arguments))
+    return wraps(find)(lambda *arguments: kept(os.environ.get(VARIABLE, ""), *arguments))
+
+
+@while_plugins_stay
 def plugin_folders() -> list[Path]:
     """Folders of ``MPMBENCH_PLUGINS`` and of the entry points ``mpmbench.plugins``."""
-    return _plugin_folders(os.environ.get("MPMBENCH_PLUGINS", ""))
-
-
-@cache
-def _plugin_folders(variable: str) -> list[Path]:
-    folders = [Path(part).resolve() for part in variable.split(os.pathsep) if part]
+    named = os.environ.get(VARIABLE, "").split(os.pathsep)
+    folders = [Path(part).resolve() for part in named if part]
     for entry in entry_points(group="mpmbench.plugins"):
         spec = importlib.util.find_spec(entry.value)
         places = spec.submodule_search_locations if spec is not None else None

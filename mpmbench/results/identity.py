@@ -44,13 +44,8 @@ def result_path(config: dict[str, Any]) -> Path:
 
 def solver_files(with_plugins: bool = True) -> list[Path]:
     """Every source file of the solver, and of the plug-ins, in a fixed order."""
-    places = [PACKAGE / place for place in SOLVER]
-    files = [
-        file
-        for place in places
-        for file in (sorted(place.rglob("*.py")) if place.is_dir() else [place])
-    ]
-    return [*(file for file in files if file.exists()), *(plugin_files() if with_plugins else [])]
+    files = [file for room in SOLVER for file in sorted((PACKAGE / room).rglob("*.py"))]
+    return [*files, *(plugin_files() if with_plugins else [])]
 
 
 def sources_hash(with_plugins: bool = True) -> str:
@@ -66,29 +61,23 @@ def code_digests(config: dict[str, Any]) -> dict[str, str]:
 
     These are the driver of a case, the chosen plug-ins and all that they import of the package.
     """
-    ours = {
-        str(file.relative_to(PACKAGE)): file
-        for file in solver_files()
-        if file.is_relative_to(PACKAGE)
-    }
-    found: dict[str, str] = {}
-    waiting = ["case/build.py", "core/registry.py"]
+    ours = {str(file.relative_to(PACKAGE)): file for file in solver_files(with_plugins=False)}
+    waiting = {name: ours[name] for name in ("case/build.py", "core/registry.py")}
     names = {kind: config[kind]["name"] for kind in PACKAGES if kind in config}
     names["method"] = config["method"].get("time") or names["method"]
     names["transfer"] = config["method"].get("transfer", "flip")
     for kind, option in names.items():
         chosen = places(kind).get(option)
         if chosen is not None:
-            waiting.append(chosen.partition(".")[2].replace(".", "/") + ".py")
+            name = chosen.partition(".")[2].replace(".", "/") + ".py"
+            waiting[name] = ours[name]
         else:
-            for file in plugins_of(kind, option):
-                found[file.name], imported = _meaning(file, file.stat().st_mtime_ns)
-                waiting.extend(imported)
+            waiting |= {file.name: file for file in plugins_of(kind, option)}
+    found: dict[str, str] = {}
     while waiting:
-        name = waiting.pop()
-        if name in ours and name not in found:
-            found[name], imported = _meaning(ours[name], ours[name].stat().st_mtime_ns)
-            waiting.extend(imported)
+        name, file = waiting.popitem()
+        found[name], imported = _meaning(file, file.stat().st_mtime_ns)
+        waiting |= {one: ours[one] for one in imported if one in ours and one not in found}
     return dict(sorted(found.items()))
 
 

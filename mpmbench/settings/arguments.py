@@ -1,6 +1,7 @@
 """First look at the command line, before Hydra: unknown keys and options, what may be set and what may be swept."""
 
 import re
+from collections.abc import Iterable
 
 from mpmbench.settings.schema import (
     GROUPS,
@@ -51,6 +52,12 @@ def split(arguments: list[str], verbs: list[str]) -> tuple[list[str], list[str]]
         for pair in pairs:
             check_pair(pair, verbs)
     return flags, pairs
+
+
+def value_of(key: str, pairs: Iterable[str], default: str = "") -> str:
+    """What the last of some ``key=value`` gives for a key."""
+    given = dict(pair.partition("=")[::2] for pair in pairs)
+    return given.get(key, default)
 
 
 def check_pair(pair: str, verbs: list[str]) -> None:

@@ -13,13 +13,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from mpmbench import NAMES
+from mpmbench import PLACES
 from mpmbench.core.moved import MOVED
-from mpmbench.core.registry import PACKAGE, places
+from mpmbench.core.registry import PACKAGE, places, plugin_files, while_plugins_stay
 from mpmbench.core.setting import Setting
-from mpmbench.settings.files import BadInput, plugin_sources
+from mpmbench.settings.files import BadInput
 
-PUBLIC = {name: f"mpmbench.{place}" for place, some in NAMES.items() for name in some.split()}
+PUBLIC = {name: f"mpmbench.{place}" for name, place in PLACES.items()}
 SEED = "random_seed"  # a field of problems that are random: they get the top-level key seed
 REGISTERED = re.compile(
     r'^@register\("(\w+)", "(\w+)"\)\n(?:[@ )].*\n)*(?:class|def) (\w+)', re.MULTILINE
@@ -45,14 +45,10 @@ class Declaration:
     settings: dict[str, Setting] = field(default_factory=dict)
 
 
+@while_plugins_stay
 def registered(kind: str) -> dict[str, Path]:
     """File of every option that registers itself as one of this kind, by name."""
-    return _registered(kind, tuple(plugin_sources()))
-
-
-@cache
-def _registered(kind: str, plugins: tuple[Path, ...]) -> dict[str, Path]:
-    theirs = {name: file for file in plugins for of, name in classes_in(file) if of == kind}
+    theirs = {name: file for file in plugin_files() for of, name in classes_in(file) if of == kind}
     ours = {name: file_of(module) for name, module in places(kind).items()}
     return theirs | {name: file for name, file in ours.items() if file is not None}
 

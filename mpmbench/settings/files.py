@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from mpmbench.core.registry import PACKAGE, plugin_files, plugin_folders
+from mpmbench.core.registry import PACKAGE, plugin_folders, while_plugins_stay
 
 
 class BadInput(Exception):
@@ -66,27 +66,17 @@ def shipped_folder(name: str) -> Path:
     return inside if inside.is_dir() else PACKAGE.parent / name
 
 
+def joined(*paths: str) -> str:
+    """Lists of folders, each written as in ``PATH``, as one list without repetitions."""
+    folders = [folder for path in paths for folder in path.split(os.pathsep) if folder]
+    return os.pathsep.join(dict.fromkeys(folders))
+
+
+@while_plugins_stay
 def conf_folders() -> list[Path]:
     """Our own folder of presets, then those of plug-ins."""
-    return _conf_folders(os.environ.get("MPMBENCH_PLUGINS", ""))
-
-
-@cache
-def _conf_folders(plugins: str) -> list[Path]:
-    return [
-        shipped_folder("conf"),
-        *(place / "conf" for place in plugin_folders() if (place / "conf").is_dir()),
-    ]
-
-
-def plugin_sources() -> list[Path]:
-    """The Python files of all plug-in folders."""
-    return _plugin_sources(os.environ.get("MPMBENCH_PLUGINS", ""))
-
-
-@cache
-def _plugin_sources(plugins: str) -> list[Path]:
-    return plugin_files()
+    theirs = [place / "conf" for place in plugin_folders()]
+    return [shipped_folder("conf"), *(place for place in theirs if place.is_dir())]
 
 
 def presets(group: str) -> dict[str, Path]:

@@ -17,6 +17,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from mpmbench.runs.hydra.composer import Composer, Resolved
 from mpmbench.runs.hydra.source import SCHEME, OptionsSource
+from mpmbench.settings.arguments import value_of
 from mpmbench.settings.files import read_yaml, shipped_folder
 from mpmbench.settings.schema import GROUPS, BadInput, declared, experiments, options
 
@@ -31,7 +32,7 @@ class SearchPath(SearchPathPlugin):
 
 def wants_many(flags: Sequence[str], pairs: Sequence[str]) -> bool:
     """Whether the command line or the experiment asks for a sweep."""
-    chosen = next((pair.partition("=")[2] for pair in pairs if pair.startswith("experiments=")), "")
+    chosen = value_of("experiments", pairs)
     body = read_yaml(experiments()[chosen]).get("hydra", {}) if chosen in experiments() else {}
     asked = {"-m", "--multirun"} & set(flags) or "hydra.mode=MULTIRUN" in pairs
     return bool(asked) or body.get("mode") == "MULTIRUN"

@@ -8,7 +8,7 @@ from collections.abc import MutableMapping
 from pathlib import Path
 
 from mpmbench.results.identity import sources_hash
-from mpmbench.settings.files import PACKAGE
+from mpmbench.settings.files import PACKAGE, joined
 
 KEEP_DAYS = 30
 
@@ -69,7 +69,9 @@ def prepare(environment: MutableMapping[str, str]) -> None:
     environment["OMP_WAIT_POLICY"] = "passive"
     for library in ("OPENBLAS", "OMP", "MKL", "VECLIB_MAXIMUM"):
         environment[f"{library}_NUM_THREADS"] = "1"  # the same bits for every number of threads
-    here = str(PACKAGE.parent)
-    paths = environment.get("PYTHONPATH", "").split(os.pathsep)
-    if here not in paths:
-        environment["PYTHONPATH"] = os.pathsep.join([here, *(path for path in paths if path)])
+    make_known(environment)
+
+
+def make_known(environment: MutableMapping[str, str]) -> None:
+    """Let other processes find the package where it was found here."""
+    environment["PYTHONPATH"] = joined(str(PACKAGE.parent), environment.get("PYTHONPATH", ""))

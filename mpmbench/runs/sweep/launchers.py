@@ -12,7 +12,7 @@ from mpmbench.runs.process import environment, isolation
 from mpmbench.runs.sweep import execute
 from mpmbench.runs.sweep.ledger import LOOK_EVERY
 from mpmbench.runs.sweep.plan import Plan
-from mpmbench.settings.files import PACKAGE
+from mpmbench.settings.arguments import value_of
 from mpmbench.settings.schema import GROUPS, BadInput
 
 SEQUENTIAL = ("basic", "")
@@ -20,10 +20,7 @@ SEQUENTIAL = ("basic", "")
 
 def chosen(pairs: list[str]) -> str:
     """Launcher that the command line names."""
-    return next(
-        (pair.partition("=")[2] for pair in reversed(pairs) if pair.startswith("hydra/launcher=")),
-        "",
-    )
+    return value_of("hydra/launcher", pairs)
 
 
 def end_workers(launcher: str) -> None:
@@ -50,14 +47,10 @@ def shared_folder(pairs: list[str]) -> Path | None:
     """
     if chosen(pairs) != "submitit_slurm":
         return None
-    output = Path(
-        next(
-            (pair.partition("=")[2] for pair in pairs if pair.startswith("output_dir=")), "results"
-        )
-    )
-    execute.check_folder(output.absolute())
+    output = Path(value_of("output_dir", pairs, "results")).absolute()
+    execute.check_folder(output)
     output.mkdir(parents=True, exist_ok=True)
-    return output.absolute()
+    return output
 
 
 def check(launcher: str, plan: Plan) -> None:
@@ -68,13 +61,6 @@ def check(launcher: str, plan: Plan) -> None:
             "timing=exclusive: repeats run on this machine and not on the cluster's; "
             "time without a launcher"
         )
-
-
-def make_known() -> None:
-    """Let the processes of a launcher find the package where it was found here."""
-    paths = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path]
-    if str(PACKAGE.parent) not in paths:
-        os.environ["PYTHONPATH"] = os.pathsep.join([str(PACKAGE.parent), *paths])
 
 
 def workers_for(plan: Plan) -> int:

@@ -12,7 +12,7 @@ from mpmbench.results.identity import result_path
 from mpmbench.results.provenance import attributes
 from mpmbench.runs.hydra import compose
 from mpmbench.runs.hydra.launch import launch
-from mpmbench.runs.process import isolation
+from mpmbench.runs.process import environment, isolation
 from mpmbench.runs.process.exclusive import slot
 from mpmbench.runs.process.watchdog import guarded
 from mpmbench.runs.sweep import display, execute, launchers, live, reporting
@@ -93,7 +93,7 @@ class Session:
     def run_cells(self, ledger: Ledger) -> None:
         """Run what is to be run, here one after the other or under the launcher."""
         if self.parallel and self.plan.to_run:
-            launchers.make_known()
+            environment.make_known(os.environ)
             launchers.warm_up(self.plan)
             for cell in self.plan.to_run:
                 ledger.keep_config(cell.name, cell.config)
