@@ -6,7 +6,7 @@ it is smaller than the given fraction of the value. The experiment's own values 
 first bracket.
 """
 
-import json
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,33 +15,20 @@ from typing import Any
 
 import yaml
 
-from mpmbench.results.identity import NOT_PART_OF_A_RUN
+from mpmbench.results.campaign import flat_settings
 from mpmbench.results.netcdf import read_attributes
 from mpmbench.settings.files import read_yaml
-from mpmbench.settings.resolve import dotted
-from mpmbench.settings.schema import GROUPS
 
 DIRECTIVE = re.compile(r"^# reproduce: bisect ([\w.]+) to ([\d.e-]+)$", re.MULTILINE)
-SURVIVED = ("ok",)
 FAILED = ("diverged", "broke_down", "not_converged")
 
 
 @dataclass(frozen=True)
 class Bisection:
-    """What an experiment asks for.
-
-    Attributes
-    ----------
-    key : str
-        Such as ``cfl``.
-    tolerance : float
-        Width of the interval over its upper end at which the search stops.
-    cases : tuple of str
-        The experiment's cases; each has an interval of its own.
-    """
+    """What an experiment asks for; each of its cases has an interval of its own."""
 
     key: str
-    tolerance: float
+    tolerance: float  # width of an interval over its upper end at which the search stops
     cases: tuple[str, ...]
 
 
@@ -56,9 +43,9 @@ def asked_for(file: Path) -> Bisection | None:
 
 def related(key: str, results: Path, names: set[str]) -> set[str]:
     """Those of the files in a folder that differ from the named ones in nothing but the key."""
-    configurations = {name: _without(key, config) for name, config, _ in _runs(results)}
-    wanted = [configurations[name] for name in names if name in configurations]
-    return {name for name, config in configurations.items() if config in wanted}
+    rest = {name: settings | {key: None} for name, settings, _ in _runs(results)}
+    wanted = [rest[name] for name in names if name in rest]
+    return {name for name, settings in rest.items() if settings in wanted}
 
 
 def next_round(bisection: Bisection, results: Path, names: set[str]) -> list[str]:
@@ -66,33 +53,26 @@ def next_round(bisection: Bisection, results: Path, names: set[str]) -> list[str
 
     A case whose runs all survive, or all fail, has no interval and is left as it is.
     """
-    runs = [(config, status) for name, config, status in _runs(results) if name in names]
+    runs = [(settings, status) for name, settings, status in _runs(results) if name in names]
     cases = []
     for case in bisection.cases:
+        wanted = [word.partition("=") for word in case.split()]
         values = [
-            (_value(config, bisection.key), status)
-            for config, status in runs
-            if _belongs(config, case)
+            (settings[bisection.key], status)
+            for settings, status in runs
+            if all(str(settings.get(key)) == value for key, _, value in wanted)
         ]
-        high = min((value for value, status in values if status in FAILED), default=None)
-        if high is None:
-            continue
+        high = min((value for value, status in values if status in FAILED), default=math.inf)
         low = max(
-            (value for value, status in values if status in SURVIVED and value < high), default=None
+            (value for value, status in values if status == "ok" and value < high), default=None
         )
-        if low is not None and high - low > bisection.tolerance * high:
+        if high < math.inf and low is not None and high - low > bisection.tolerance * high:
             cases.append(f"{case} {bisection.key}={0.5 * (low + high):.6g}")
     return cases
 
 
 def write_round(file: Path, campaign: str, cases: list[str], folder: Path) -> str:
-    """Write an experiment with other cases into a plug-in folder, its results going where they belong.
-
-    Returns
-    -------
-    str
-        Name of that experiment, for a process whose ``MPMBENCH_PLUGINS`` names the folder.
-    """
+    """Write an experiment with other cases into a plug-in folder, and return its name there."""
     content = read_yaml(file) | {"cases": cases, "campaign": campaign}
     name = f"{file.stem}_bisection"
     target = folder / "conf" / "experiments" / f"{name}.yaml"
@@ -104,32 +84,8 @@ def write_round(file: Path, campaign: str, cases: list[str], folder: Path) -> st
 
 
 def _runs(results: Path) -> Iterator[tuple[str, dict[str, Any], str]]:
-    """Name, configuration and status of all runs in a folder."""
+    """Name, settings by their dotted keys, and status of all runs in a folder."""
     for file in sorted(results.glob("*.nc")):
         attributes = read_attributes(file)
         if attributes is not None:
-            yield file.name, json.loads(attributes["config"]), attributes["status"]
-
-
-def _without(key: str, config: dict[str, Any]) -> dict[str, Any]:
-    """What a result depends on but for one dotted key."""
-    return {
-        name: value
-        for name, value in dotted(config).items()
-        if name.partition(".")[0] not in NOT_PART_OF_A_RUN and name != key
-    }
-
-
-def _value(config: dict[str, Any], key: str) -> Any:
-    """Value of a dotted key; that of a group is the name of the choice."""
-    value: Any = config
-    for part in key.split("."):
-        value = value.get(part) if isinstance(value, dict) else None
-    return value["name"] if key in GROUPS and isinstance(value, dict) else value
-
-
-def _belongs(config: dict[str, Any], case: str) -> bool:
-    return all(
-        str(_value(config, key)) == value
-        for key, _, value in (word.partition("=") for word in case.split())
-    )
+            yield file.name, flat_settings(attributes), attributes["status"]

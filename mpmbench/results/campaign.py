@@ -11,8 +11,8 @@ import xarray as xr
 
 from mpmbench.results.identity import NOT_PART_OF_A_RUN
 from mpmbench.results.netcdf import read_scalars
-from mpmbench.settings.resolve import dotted
 from mpmbench.settings.schema import GROUPS, BadInput
+from mpmbench.settings.trees import dotted
 
 # In this order, and whenever they vary; any other setting only where these do not tell two runs
 # apart.

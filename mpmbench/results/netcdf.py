@@ -2,6 +2,8 @@
 
 import os
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -28,16 +30,24 @@ def write(dataset: xr.Dataset, path: Path) -> None:
         When the folder or the disk cannot take it; the temporary file is gone and an older result
         is kept.
     """
+    with in_one_move(path) as temporary:
+        try:
+            dataset.to_netcdf(temporary, engine="netcdf4")
+            with open(temporary, "rb+") as file:
+                os.fsync(file.fileno())
+        except (OSError, RuntimeError) as error:  # the netCDF library hides that a disk is full
+            raise refusal(temporary, dataset.nbytes) or OSError(str(error)) from None
+
+
+@contextmanager
+def in_one_move(path: Path) -> Iterator[Path]:
+    """A temporary file that takes the place of `path` once it is written, and is gone otherwise."""
     path.parent.mkdir(parents=True, exist_ok=True)
     remove_leftovers(path)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        dataset.to_netcdf(temporary, engine="netcdf4")
-        with open(temporary, "rb+") as file:
-            os.fsync(file.fileno())
+        yield temporary
         temporary.replace(path)
-    except (OSError, RuntimeError) as error:  # the netCDF library hides that a disk is full
-        raise refusal(temporary, dataset.nbytes) or OSError(str(error)) from None
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -52,7 +62,7 @@ def refusal(place: Path, size: int) -> OSError | None:
 
 
 def remove_leftovers(path: Path) -> None:
-    """Remove temporary files of processes that were killed while they wrote this result."""
+    """Remove temporary files of processes that were killed while they wrote this file."""
     for leftover in path.parent.glob(f".{path.name}.*.tmp"):
         writer = leftover.name.split(".")[-2]
         if not (writer.isdigit() and Path("/proc", writer).exists()):
@@ -66,20 +76,16 @@ def read_attributes(path: Path) -> dict[str, Any] | None:
             attributes = plain_attributes(file)
     except OSError:
         return None
-    return (
-        attributes if "config_hash" in attributes and attributes.get("status") in STATUSES else None
-    )
+    is_result = "config_hash" in attributes and attributes.get("status") in STATUSES
+    return attributes if is_result else None
 
 
 def plain_attributes(file: netCDF4.Dataset) -> dict[str, Any]:
     """Attributes of an open file as text, numbers and lists of numbers; ``solver_times`` always as a list."""
     found = {name: file.getncattr(name) for name in file.ncattrs()}
-    found = {
-        name: value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
-        for name, value in found.items()
-    }
-    times = found.get("solver_times", [])
-    return found | {"solver_times": times if isinstance(times, list) else [times]}
+    numbers = {name: value.tolist() for name, value in found.items() if hasattr(value, "tolist")}
+    times = np.atleast_1d(found.get("solver_times", [])).tolist()
+    return found | numbers | {"solver_times": times}
 
 
 def read_scalars(path: Path) -> tuple[dict[str, Any], dict[str, tuple[Any, dict[str, str]]]]:

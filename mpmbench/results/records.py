@@ -10,6 +10,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from mpmbench.settings.trees import dotted
+
 ATTRIBUTES = (
     "status",
     "problem",
@@ -22,25 +24,16 @@ ATTRIBUTES = (
     "config_hash",
 )
 NUMBERS = ("resolution", "time_step", "particles_per_cell")
-BOOKKEEPING = {  # keys that say where, when and how patiently something ran, not what was computed
-    *(
-        "output_dir",
-        "campaign",
-        "on_error",
-        "rerun",
-        "timing",
-        "repeats",
-        "report",
-        "experiments",
-        "cases",
-        "seed",
-        "snapshot_times",
-    ),
-    *(
-        f"{kind}{name}"
-        for kind in ("method", "basis", "problem")
-        for name in ("", ".name", "._name_")
-    ),
+KINDS = ("method", "basis", "material", "problem")
+PROVENANCE = (
+    *("git_commit", "git_dirty", "code_hash"),
+    *("python", "host", "cpu", "threads"),
+)
+# Keys that say where, when and how patiently something ran, not what was computed.
+BOOKKEEPING = {
+    *("output_dir", "campaign", "on_error", "rerun", "timing", "repeats", "report"),
+    *("experiments", "cases", "seed", "snapshot_times"),
+    *(f"{kind}{name}" for kind in KINDS for name in ("", ".name", "._name_")),
 }
 
 
@@ -111,23 +104,16 @@ def read_campaign(folder: Path) -> Campaign:
                 row, config = _row(dataset, units, names)
                 origin = {key: value for key, value in dataset.attrs.items() if _is_provenance(key)}
         except (OSError, ValueError, KeyError, RuntimeError) as error:
-            unreadable[file.name] = (
-                str(error).splitlines()[0] if str(error) else type(error).__name__
-            )
+            unreadable[file.name] = (str(error) or type(error).__name__).splitlines()[0]
             continue
         rows[file.name], settings[file.name], provenance[file.name] = row, config, origin
-    runs = pd.DataFrame.from_dict(rows, orient="index", columns=_columns(rows.values()))
-    configurations = pd.DataFrame.from_dict(
-        settings, orient="index", columns=_columns(settings.values()), dtype=object
-    )
-    origins = pd.DataFrame.from_dict(
-        provenance, orient="index", columns=_columns(provenance.values()), dtype=object
-    )
-    return Campaign(folder, runs, configurations, units, names, origins, unreadable)
+    configurations, origins = _table(settings, object), _table(provenance, object)
+    return Campaign(folder, _table(rows), configurations, units, names, origins, unreadable)
 
 
-def _columns(rows: Iterable[dict[str, Any]]) -> list[str]:
-    return list(dict.fromkeys(key for row in rows for key in row))
+def _table(rows: dict[str, dict[str, Any]], dtype: type | None = None) -> pd.DataFrame:
+    columns = list(dict.fromkeys(key for row in rows.values() for key in row))
+    return pd.DataFrame.from_dict(rows, orient="index", columns=columns, dtype=dtype)  # type: ignore[arg-type]
 
 
 def _row(
@@ -143,24 +129,14 @@ def _row(
         if variable.ndim == 0 and np.issubdtype(variable.dtype, np.number):
             row[str(name)] = float(variable.values)
             units.setdefault(str(name), str(variable.attrs.get("units", "")))
-            names.setdefault(
-                str(name), str(variable.attrs.get("long_name", str(name).replace("_", " ")))
-            )
-    config = flatten(json.loads(attributes.get("config", "{}")))
-    return row, {key: value for key, value in config.items() if not _is_bookkeeping(key)} | {
-        "material": row["material"]
+            said = variable.attrs.get("long_name", str(name).replace("_", " "))
+            names.setdefault(str(name), str(said))
+    settings = {
+        key: str(value) if isinstance(value, list) else value  # so that they can be compared
+        for key, value in dotted(json.loads(attributes.get("config", "{}"))).items()
+        if not _is_bookkeeping(key)
     }
-
-
-def flatten(config: dict[str, Any], above: str = "") -> dict[str, Any]:
-    """Nested settings as one level, keys joined by dots; lists become text so that they can be compared."""
-    flat: dict[str, Any] = {}
-    for key, value in config.items():
-        if isinstance(value, dict):
-            flat |= flatten(value, f"{above}{key}.")
-        else:
-            flat[above + key] = str(value) if isinstance(value, list) else value
-    return flat
+    return row, settings | {"material": row["material"]}
 
 
 def _number(value: Any) -> float:
@@ -171,20 +147,8 @@ def _number(value: Any) -> float:
 
 
 def _is_bookkeeping(key: str) -> bool:
-    return (
-        key in BOOKKEEPING
-        or key.startswith(("limits.", "hydra."))
-        or key in ("material.name", "material._name_")
-    )
+    return key in BOOKKEEPING or key.startswith(("limits.", "hydra."))
 
 
 def _is_provenance(key: str) -> bool:
-    return key in (
-        "git_commit",
-        "git_dirty",
-        "code_hash",
-        "python",
-        "host",
-        "cpu",
-        "threads",
-    ) or key.endswith("version")
+    return key in PROVENANCE or key.endswith("version")

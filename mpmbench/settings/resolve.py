@@ -1,13 +1,9 @@
-"""From what Hydra composed to the plain, checked configuration of one run."""
+"""The plain, checked configuration of one run."""
 
-from collections.abc import Container
+from collections.abc import Callable, Container
 from typing import Any
 
-from omegaconf import DictConfig, OmegaConf
-from omegaconf.errors import OmegaConfBaseException
-
 from mpmbench.settings.declarations import declaration
-from mpmbench.settings.files import read_yaml
 from mpmbench.settings.schema import (
     GROUPS,
     PROBLEM_DEFAULTS,
@@ -15,38 +11,8 @@ from mpmbench.settings.schema import (
     BadInput,
     declared,
     declared_anywhere,
-    experiments,
     unknown_key,
 )
-
-
-def resolve(composed: DictConfig, hydra: Any) -> tuple[dict[str, Any], str]:
-    """Plain configuration with the problem's defaults filled in, and the reason why it does not apply, if so.
-
-    Parameters
-    ----------
-    composed : DictConfig
-        The configuration without its ``hydra`` part.
-    hydra : DictConfig
-        That part.
-
-    Raises
-    ------
-    BadInput
-        As `check_types`.
-    """
-    experiment = hydra.runtime.choices.get("experiments")
-    overrides: Any = OmegaConf.to_container(hydra.overrides.task, resolve=False)
-    given = [text.partition("=")[0] for text in overrides]
-    body = read_yaml(experiments()[experiment]) if experiment in experiments() else {}
-    try:
-        plain = OmegaConf.to_container(composed, resolve=True)
-    except OmegaConfBaseException as error:
-        raise BadInput(" ".join(str(error).split())) from None
-    assert isinstance(plain, dict)
-    return fill(
-        {str(key): value for key, value in plain.items()}, {*given, *dotted(body)}, experiment
-    )
 
 
 def fill(
@@ -78,20 +44,12 @@ def fill(
     return check_types(config, given)
 
 
-def dotted(tree: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Nested dictionary as one with dotted keys."""
-    flat: dict[str, Any] = {}
-    for key, value in tree.items():
-        if isinstance(value, dict):
-            flat |= dotted(value, f"{prefix}{key}.")
-        else:
-            flat[f"{prefix}{key}"] = value
-    return flat
-
-
-def refuse(key: str, value: Any, error: Exception) -> BadInput:
-    """The sentence about a value that does not fit."""
-    return BadInput(f"{key} = {'null' if value is None else value}: {error}")
+def cast_to(cast: Callable[[Any], Any], key: str, value: Any) -> Any:
+    """A value as its setting casts it; raises `BadInput` with the key for one that does not fit."""
+    try:
+        return cast(value)
+    except ValueError as error:
+        raise BadInput(f"{key} = {'null' if value is None else value}: {error}") from None
 
 
 def check_types(config: dict[str, Any], given: Container[str] = ()) -> tuple[dict[str, Any], str]:
@@ -113,10 +71,8 @@ def check_types(config: dict[str, Any], given: Container[str] = ()) -> tuple[dic
             raise BadInput(
                 f"{key}: problem={config['problem']['name']} has no default for it, so give a value"
             )
-        try:
-            (checked.setdefault(group, {}) if group else checked)[name] = cast(value)
-        except ValueError as error:
-            raise refuse(key, value, error) from None
+        target = checked.setdefault(group, {}) if group else checked
+        target[name] = cast_to(cast, key, value)
     for key in config:
         if key not in {*TOP_LEVEL, *GROUPS, "limits"}:
             raise unknown_key(key)
@@ -135,10 +91,7 @@ def check_types(config: dict[str, Any], given: Container[str] = ()) -> tuple[dic
                 del checked[group][name]
                 continue
             if name in defaults:
-                try:
-                    checked[group][name] = defaults[name].cast(value)
-                except ValueError as error:
-                    raise refuse(f"{group}.{name}", value, error) from None
+                checked[group][name] = cast_to(defaults[name].cast, f"{group}.{name}", value)
             elif name in declared_anywhere(group):
                 reason = reason or f"{group}={option} has no {name}"
             else:

@@ -11,10 +11,12 @@ from typing import Any
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override
 from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
 
-from mpmbench.settings import resolve
 from mpmbench.settings.files import read_yaml
-from mpmbench.settings.schema import GROUPS, declared_anywhere, experiments
+from mpmbench.settings.resolve import fill
+from mpmbench.settings.schema import GROUPS, BadInput, declared_anywhere, experiments
+from mpmbench.settings.trees import dotted
 
 Resolved = tuple[dict[str, Any], str]
 
@@ -48,7 +50,8 @@ class Composer:
 
     def shared(self, overrides: Sequence[str], foreign_keys: bool = False) -> Resolved | None:
         """As `cell`, from what is known of its choice; None when Hydra itself has to be asked."""
-        choices, values = self.split(overrides)
+        choices = [text for text in overrides if text.partition("=")[0] in (*GROUPS, "experiments")]
+        values = [text for text in overrides if text not in choices]
         composed, plain, simple = self.composed(choices)
         if not simple or any(text.startswith("~") or "${" in text for text in values):
             return None
@@ -56,32 +59,41 @@ class Composer:
         for override in self.parser.parse_overrides(values):
             if not set_value(config, override, foreign_keys):
                 return None
-        experiment = composed.hydra.runtime.choices.get("experiments")
-        body = read_yaml(experiments()[experiment]) if experiment in experiments() else {}
-        before: Any = OmegaConf.to_container(composed.hydra.overrides.task, resolve=False)
-        given = {text.partition("=")[0] for text in [*before, *values]} | set(resolve.dotted(body))
-        return resolve.fill(config, given, experiment)
-
-    def split(self, overrides: Sequence[str]) -> tuple[list[str], list[str]]:
-        """Choices of options, and all else."""
-        choices = [text for text in overrides if text.partition("=")[0] in (*GROUPS, "experiments")]
-        return choices, [text for text in overrides if text not in choices]
+        return filled(config, composed, values)
 
     def composed(self, choices: list[str]) -> tuple[DictConfig, dict[str, Any], bool]:
         """What Hydra makes of a choice, the same as dictionaries, and whether these tell all."""
         key = tuple(choices)
         if key not in self.known:
             whole = self.compose(choices)
-            task = OmegaConf.masked_copy(whole, [str(name) for name in whole if name != "hydra"])
-            plain: Any = OmegaConf.to_container(task, resolve=False)
+            plain = as_dictionary(whole, resolve=False)
             self.known[key] = whole, plain, "${" not in str(plain)
         return self.known[key]
 
 
+def as_dictionary(composed: DictConfig, resolve: bool) -> dict[str, Any]:
+    """What Hydra composed, without its own part."""
+    task = OmegaConf.masked_copy(composed, [str(key) for key in composed if key != "hydra"])
+    plain: Any = OmegaConf.to_container(task, resolve=resolve)
+    return plain  # type: ignore[no-any-return]
+
+
 def resolved(composed: DictConfig) -> Resolved:
     """Plain configuration of what Hydra composed, and why it does not apply, if so."""
-    task = OmegaConf.masked_copy(composed, [str(key) for key in composed if key != "hydra"])
-    return resolve.resolve(task, composed.hydra)
+    try:
+        plain = as_dictionary(composed, resolve=True)
+    except OmegaConfBaseException as error:
+        raise BadInput(" ".join(str(error).split())) from None
+    return filled(plain, composed)
+
+
+def filled(plain: dict[str, Any], composed: DictConfig, values: Sequence[str] = ()) -> Resolved:
+    """A configuration with the problem's defaults, but for what the command line or the experiment gives."""
+    experiment = composed.hydra.runtime.choices.get("experiments")
+    body = read_yaml(experiments()[experiment]) if experiment in experiments() else {}
+    before: Any = OmegaConf.to_container(composed.hydra.overrides.task, resolve=False)
+    given = {text.partition("=")[0] for text in [*before, *values]}
+    return fill(plain, {*given, *dotted(body)}, experiment)
 
 
 def set_value(config: dict[str, Any], override: Override, foreign_keys: bool) -> bool:
@@ -92,13 +104,11 @@ def set_value(config: dict[str, Any], override: Override, foreign_keys: bool) ->
         target = target.get(group) if isinstance(target, dict) else None
     if override.is_sweep_override() or override.package is not None or not isinstance(target, dict):
         return False
-    foreign = (
-        foreign_keys and groups[:1] and groups[0] in GROUPS and name in declared_anywhere(groups[0])
-    )
     value = override.value()
     if isinstance(value, dict) or isinstance(target.get(name), dict):
         return False
-    if name not in target and not foreign:
+    of_group = foreign_keys and groups and groups[0] in GROUPS
+    if name not in target and not (of_group and name in declared_anywhere(groups[0])):
         return False
     target[name] = value
     return True
