@@ -19,6 +19,7 @@ from mpmbench.results.netcdf import read_attributes
 from mpmbench.results.records import Campaign, read_campaign
 from mpmbench.settings.schema import BadInput
 
+WORSE = Counter(["new", "worse"])  # verdicts that give a code of their own
 SLOWER, LESS_ACCURATE, NEW_FAILURES, NOT_COMPARABLE = 10, 11, 12, 20
 ACCURACY = 0.01  # relative change of an error that counts
 ORDER = 0.1  # change of an order that counts
@@ -27,7 +28,7 @@ SIGNIFICANCE = 0.01  # for all groups together
 ERRORS = ("error_displacement_rms", "error_velocity_rms", "error_stress_rms")
 
 
-@dataclass
+@dataclass(eq=False)
 class Aspect:
     """One of the things compared: a verdict for each item, and lines about those that changed."""
 
@@ -51,8 +52,9 @@ class Aspect:
 def main(arguments: list[str]) -> int:
     """``compare A B``: two folders of results, the older one first."""
     if len(arguments) != 2:
+        example = "`compare results/a results/b`"
         raise BadInput(
-            "compare: two folders of results are needed, the older one first: `compare results/a results/b`"
+            f"compare: two folders of results are needed, the older one first: {example}"
         )
     before, after = (read(Path(argument)) for argument in arguments)
     reason = not_comparable(before, after)
@@ -62,24 +64,17 @@ def main(arguments: list[str]) -> int:
     pairs = paired(before, after)
     alone = [len(campaign.runs) - len(pairs) for campaign in (before, after)]
     print(f"{len(pairs)} runs in both, {alone[0]} only in A, {alone[1]} only in B")
-    aspects = [
-        failures(pairs),
-        accuracy(pairs),
-        orders(before, after, pairs),
-        speed(before, after, pairs),
-    ]
+    good = pairs[(pairs.status_a == "ok") & (pairs.status_b == "ok")]
+    aspects = {
+        failures(pairs): NEW_FAILURES,
+        accuracy(good): LESS_ACCURATE,
+        orders(before, after, good): LESS_ACCURATE,
+        speed(before, after, good): SLOWER,
+    }
     for aspect in aspects:
         print(aspect)
-    return exit_code(*aspects)
-
-
-def exit_code(failed: Aspect, accurate: Aspect, order: Aspect, fast: Aspect) -> int:
-    """The worst of what was found: new failures, then less accuracy or order, then less speed."""
-    if failed.verdicts["new"]:
-        return NEW_FAILURES
-    if accurate.verdicts["worse"] or order.verdicts["worse"]:
-        return LESS_ACCURATE
-    return SLOWER if fast.verdicts["worse"] else 0
+    worse = [code for aspect, code in aspects.items() if aspect.verdicts & WORSE]
+    return max(worse, default=0)
 
 
 def read(folder: Path) -> Campaign:
@@ -95,14 +90,11 @@ def read(folder: Path) -> Campaign:
 
 def not_comparable(before: Campaign, after: Campaign) -> str:
     """Why two campaigns cannot be compared; empty when they can."""
-    versions = [
-        set(campaign.provenance.get("schema_version", pd.Series(dtype=object)))
-        for campaign in (before, after)
-    ]
     if before.runs.empty or after.runs.empty:
         return "one of them has no readable result"
-    if versions[0] != versions[1]:
-        return f"their files have different versions ({', '.join(map(str, sorted(versions[0] | versions[1])))})"
+    a, b = (set(campaign.provenance.get("schema_version", ())) for campaign in (before, after))
+    if a != b:
+        return f"their files have different versions ({', '.join(map(str, sorted(a | b)))})"
     if not set(before.runs.config_hash) & set(after.runs.config_hash):
         return "no configuration is in both"
     return ""
@@ -122,19 +114,20 @@ def failures(pairs: pd.DataFrame) -> Aspect:
     aspect = Aspect("failures")
     for _, run in pairs.iterrows():
         had, has = run.status_a, run.status_b
-        lost = has != "ok" and (
-            had == "ok" or (had == "not_applicable" and has != "not_applicable")
-        )
-        healed = has == "ok" and had != "ok"
-        verdict = "new" if lost else "healed" if healed else "same"
-        aspect.judge(verdict, run.file_b, f"{had} -> {has}" + (f": {run.reason_b}" if lost else ""))
+        verdict = "same"
+        if has == "ok" != had:
+            verdict = "healed"
+        elif has != had and had in ("ok", "not_applicable"):
+            verdict = "new"
+        why = f": {run.reason_b}" if verdict == "new" else ""
+        aspect.judge(verdict, run.file_b, f"{had} -> {has}{why}")
     return aspect
 
 
-def accuracy(pairs: pd.DataFrame) -> Aspect:
+def accuracy(good: pd.DataFrame) -> Aspect:
     """Errors that changed by more than `ACCURACY`; of several of one run the one that changed most."""
     aspect = Aspect(f"accuracy (by more than {ACCURACY:.0%})")
-    for _, run in pairs[(pairs.status_a == "ok") & (pairs.status_b == "ok")].iterrows():
+    for _, run in good.iterrows():
         changes: dict[str, float] = {}
         for name in ERRORS:
             a, b = (float(run.get(f"{name}_{side}", np.nan)) for side in "ab")
@@ -142,48 +135,33 @@ def accuracy(pairs: pd.DataFrame) -> Aspect:
                 changes[name] = np.inf if a == 0.0 else b / a - 1.0
         if not changes:
             continue
-        worst = max(changes, key=lambda name: changes[name])
-        best = min(changes, key=lambda name: changes[name])
-        name = worst if changes[worst] > ACCURACY else best
-        verdict = (
-            "worse"
-            if changes[worst] > ACCURACY
-            else "better"
-            if changes[best] < -ACCURACY
-            else "same"
-        )
+        name = max(changes, key=lambda name: changes[name])
+        if changes[name] <= ACCURACY:
+            name = min(changes, key=lambda name: changes[name])
+        verdict = worse_or_better(abs(changes[name]) > ACCURACY, changes[name] > 0.0)
         text = f"{name}: {run[f'{name}_a']:.4g} -> {run[f'{name}_b']:.4g} ({changes[name]:+.1%})"
         aspect.judge(verdict, run.file_b, text)
     return aspect
 
 
-def orders(before: Campaign, after: Campaign, pairs: pd.DataFrame) -> Aspect:
+def worse_or_better(changed: bool, worse: bool) -> str:
+    """The verdict on something that has or has not changed."""
+    return "same" if not changed else "worse" if worse else "better"
+
+
+def orders(before: Campaign, after: Campaign, good: pd.DataFrame) -> Aspect:
     """Orders of convergence that changed by more than `ORDER` and left each other's intervals."""
     aspect = Aspect(f"order (by more than {ORDER:g})")
-    both = pairs[(pairs.status_a == "ok") & (pairs.status_b == "ok")]
-    found = [curves(restricted(before, both.file_a)), curves(restricted(after, both.file_b))]
-    for key in sorted(set(found[0]) & set(found[1])):
-        a, b = found[0][key], found[1][key]
+    old, new = curves(before.only(good.file_a)), curves(after.only(good.file_b))
+    for key in sorted(set(old) & set(new)):
+        a, b = old[key], new[key]
         if not np.isfinite([a.order, a.half_width, b.order, b.half_width]).all():
             continue  # two levels have a slope, but no interval
-        changed = (
-            abs(b.order - a.order) > ORDER
-            and not (b.low <= a.order <= b.high)
-            and not (a.low <= b.order <= a.high)
-        )
-        verdict = "same" if not changed else "worse" if b.order < a.order else "better"
+        apart = not (b.low <= a.order <= b.high or a.low <= b.order <= a.high)
+        verdict = worse_or_better(abs(b.order - a.order) > ORDER and apart, b.order < a.order)
         text = f"{key[2]}: p = {order_with_interval(a)} -> {order_with_interval(b)}"
         aspect.judge(verdict, f"{key[0]}, {key[1]}", text)
     return aspect
-
-
-def restricted(campaign: Campaign, files: pd.Series) -> Campaign:
-    """Only these files of a campaign."""
-    names = list(files)
-    return Campaign(
-        campaign.folder, campaign.runs.loc[names], campaign.settings.loc[names], campaign.units, campaign.names,
-        campaign.provenance.loc[names], {},
-    )  # fmt: skip
 
 
 def curves(campaign: Campaign) -> dict[tuple[str, str, str], OrderEstimate]:
@@ -198,7 +176,7 @@ def curves(campaign: Campaign) -> dict[tuple[str, str, str], OrderEstimate]:
     return found
 
 
-def speed(before: Campaign, after: Campaign, pairs: pd.DataFrame) -> Aspect:
+def speed(before: Campaign, after: Campaign, good: pd.DataFrame) -> Aspect:
     """Solver times of each method and basis on each problem, by a rank test over all repeats.
 
     Times of different configurations are made comparable by dividing each by the geometric mean of
@@ -208,7 +186,7 @@ def speed(before: Campaign, after: Campaign, pairs: pd.DataFrame) -> Aspect:
     aspect = Aspect(f"speed (by more than {SPEED:.0%}, p < {SIGNIFICANCE:g})")
     groups: dict[tuple[str, str], list[tuple[np.ndarray, np.ndarray]]] = {}
     left_out: Counter[str] = Counter()
-    for _, run in pairs[(pairs.status_a == "ok") & (pairs.status_b == "ok")].iterrows():
+    for _, run in good.iterrows():
         origins = [before.provenance.loc[run.file_a], after.provenance.loc[run.file_b]]
         files = [before.folder / run.file_a, after.folder / run.file_b]
         times = [np.array((read_attributes(file) or {}).get("solver_times", [])) for file in files]
@@ -233,15 +211,17 @@ def rank_test(cells: list[tuple[np.ndarray, np.ndarray]], significance: float) -
     1962, 482-497).
     """
     centres = [0.5 * (a.mean() + b.mean()) for a, b in cells]
-    a = np.concatenate([cell[0] - centre for cell, centre in zip(cells, centres, strict=True)])
-    b = np.concatenate([cell[1] - centre for cell, centre in zip(cells, centres, strict=True)])
+    a, b = (
+        np.concatenate([cell[side] - centre for cell, centre in zip(cells, centres, strict=True)])
+        for side in (0, 1)
+    )
     ratio = float(np.exp(np.median(b) - np.median(a)))
     text = f"solver time x {ratio:.2f} over {len(a)} and {len(b)} timings"
     if least_probability(len(a), len(b)) > significance:
         return "undecided", f"{text}: too few to tell"
     p = float(mannwhitneyu(b, a).pvalue)
     changed = p < significance and abs(np.log(ratio)) > np.log1p(SPEED)
-    return ("same" if not changed else "worse" if ratio > 1.0 else "better"), f"{text}, p = {p:.2g}"
+    return worse_or_better(changed, ratio > 1.0), f"{text}, p = {p:.2g}"
 
 
 def least_probability(m: int, n: int) -> float:

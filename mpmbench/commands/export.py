@@ -3,7 +3,7 @@
 import base64
 import csv
 import io
-import os
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -11,8 +11,9 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 import xarray as xr
 
+from mpmbench.commands.places import attributes_of, results_in
 from mpmbench.results.campaign import flat_settings
-from mpmbench.results.netcdf import read_attributes, read_scalars
+from mpmbench.results.netcdf import in_one_move, read_attributes, read_scalars
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.execute import check_folder
 from mpmbench.settings.schema import BadInput, did_you_mean
@@ -20,6 +21,33 @@ from mpmbench.settings.schema import BadInput, did_you_mean
 FORMATS = ("--vtk", "--csv")
 FOLDER = "export"  # beside the results
 IDENTITY = ("status", "reason", "problem", "method", "basis", "material")
+SERIES = """\
+<?xml version="1.0"?>
+<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">
+<Collection>
+{entries}
+</Collection>
+</VTKFile>
+"""
+INSTANT = """\
+<?xml version="1.0"?>
+<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">
+<PolyData>
+<Piece NumberOfPoints="{n}" NumberOfVerts="{n}" NumberOfLines="0" NumberOfStrips="0" NumberOfPolys="0">
+<PointData>
+{fields}
+</PointData>
+<Points>
+{points}
+</Points>
+<Verts>
+{connectivity}
+{offsets}
+</Verts>
+</Piece>
+</PolyData>
+</VTKFile>
+"""
 
 
 def main(arguments: list[str]) -> int:
@@ -34,34 +62,31 @@ def main(arguments: list[str]) -> int:
     if len(given) != 1 or not wanted:
         raise BadInput("export: a result file or a folder of them is needed, and --vtk or --csv")
     source = Path(given[0])
-    files = sorted(source.glob("*.nc")) if source.is_dir() else [source]
     if not source.exists():
         raise BadInput(f"export {source}: there is no such file or folder")
-    if not files:
-        raise BadInput(f"export {source}: there are no result files in it")
+    if source.is_dir():
+        files = {file: read_attributes(file) for file in results_in("export", source)}
+    else:
+        files = {source: attributes_of("export", source)}
+    readable = [file for file, attributes in files.items() if attributes is not None]
     target = (source if source.is_dir() else source.parent).absolute() / FOLDER
     check_folder(target, "export:")
-    unreadable = [file for file in files if read_attributes(file) is None]
-    if not source.is_dir() and unreadable:
-        raise BadInput(f"export {source}: not a readable result of mpmbench")
-    for file in unreadable:
-        print(f"left out: {file}: not a readable result")
-    written: list[Path] = []
     for file in files:
-        if file not in unreadable:
-            with xr.open_dataset(file, decode_cf=False) as dataset:
-                written += vtk(dataset, target, file.stem) if "--vtk" in wanted else []
-                written += tables(dataset, target, file.stem) if "--csv" in wanted else []
+        if file not in readable:
+            print(f"left out: {file}: not a readable result")
+    written: list[Path] = []
+    for file in readable:
+        with xr.open_dataset(file, decode_cf=False) as dataset:
+            written += vtk(dataset, target, file.stem) if "--vtk" in wanted else []
+            written += tables(dataset, target, file.stem) if "--csv" in wanted else []
     if source.is_dir() and "--csv" in wanted:
-        written.append(overview([file for file in files if file not in unreadable], target))
+        written.append(overview(readable, target))
     if not written:
-        raise BadInput(
-            f"export {source}: there are no particles in it, since no run came to its end",
-            exit_code=1,
-        )
+        nothing = "there are no particles in it, since no run came to its end"
+        raise BadInput(f"export {source}: {nothing}", exit_code=1)
     for file in written:
         print(shorten(str(file)))
-    return 1 if unreadable else 0
+    return 0 if len(readable) == len(files) else 1
 
 
 def vtk(dataset: xr.Dataset, folder: Path, name: str) -> list[Path]:
@@ -71,26 +96,13 @@ def vtk(dataset: xr.Dataset, folder: Path, name: str) -> list[Path]:
     """
     if "position" not in dataset:
         return []
-    times = dataset["snapshot_time"].values
     entries = []
-    for k, time in enumerate(times.tolist()):
-        snapshot = dataset.isel(snapshot=k)
+    for k, time in enumerate(dataset["snapshot_time"].values.tolist()):
         place = Path(name) / f"{k:05d}.vtp"
-        write_whole(folder / place, polydata(snapshot).encode())
-        entries.append(
-            f'<DataSet timestep="{time!r}" part="0" file={quoteattr(place.as_posix())}/>'
-        )
-    head = '<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">'
-    lines = [
-        '<?xml version="1.0"?>',
-        head,
-        "<Collection>",
-        *entries,
-        "</Collection>",
-        "</VTKFile>",
-        "",
-    ]
-    return [write_whole(folder / f"{name}.pvd", "\n".join(lines).encode())]
+        write_whole(folder / place, polydata(dataset.isel(snapshot=k)))
+        file = quoteattr(place.as_posix())
+        entries.append(f'<DataSet timestep="{time!r}" part="0" file={file}/>')
+    return [write_whole(folder / f"{name}.pvd", SERIES.format(entries="\n".join(entries)))]
 
 
 def polydata(snapshot: xr.Dataset) -> str:
@@ -98,30 +110,17 @@ def polydata(snapshot: xr.Dataset) -> str:
     points = padded(snapshot["position"].values)
     n = len(points)
     fields = [
-        (f"{label} [{variable.attrs.get('units', '1')}]", padded(variable.values))
+        data_array(f"{label} [{variable.attrs.get('units', '1')}]", padded(variable.values))
         for label, variable in sorted(snapshot.data_vars.items(), key=lambda item: str(item[0]))
         if variable.dims[:1] == ("particle",) and label != "position"
     ]
-    parts = [
-        '<?xml version="1.0"?>',
-        '<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">',
-        "<PolyData>",
-        f'<Piece NumberOfPoints="{n}" NumberOfVerts="{n}" NumberOfLines="0" NumberOfStrips="0" NumberOfPolys="0">',
-        "<PointData>",
-        *(data_array(label, values) for label, values in fields),
-        "</PointData>",
-        "<Points>",
-        data_array("position [m]", points),
-        "</Points>",
-        "<Verts>",
-        data_array("connectivity", np.arange(n, dtype=np.int64)),
-        data_array("offsets", np.arange(1, n + 1, dtype=np.int64)),
-        "</Verts>",
-        "</Piece>",
-        "</PolyData>",
-        "</VTKFile>",
-    ]
-    return "\n".join(parts) + "\n"
+    return INSTANT.format(
+        n=n,
+        fields="\n".join(fields),
+        points=data_array("position [m]", points),
+        connectivity=data_array("connectivity", np.arange(n, dtype=np.int64)),
+        offsets=data_array("offsets", np.arange(1, n + 1, dtype=np.int64)),
+    )
 
 
 def data_array(name: str, values: np.ndarray) -> str:
@@ -144,34 +143,34 @@ def padded(values: np.ndarray) -> np.ndarray:
 
 def tables(dataset: xr.Dataset, folder: Path, name: str) -> list[Path]:
     """Write particles at all instants, and the time series, as two CSV files."""
-    written = []
+    parts: dict[str, tuple[tuple[str, ...], dict[str, np.ndarray]]] = {}
     if "position" in dataset:
-        columns = {
-            "time [s]": np.repeat(dataset["snapshot_time"].values, dataset.sizes["particle"]),
-            "particle": np.tile(np.arange(dataset.sizes["particle"]), dataset.sizes["snapshot"]),
+        instants, particles = dataset.sizes["snapshot"], dataset.sizes["particle"]
+        first = {
+            "time [s]": np.repeat(dataset["snapshot_time"].values, particles),
+            "particle": np.tile(np.arange(particles), instants),
         }
-        for label, variable in dataset.data_vars.items():
-            if variable.dims[:2] == ("snapshot", "particle"):
-                values = variable.values.reshape(len(columns["particle"]), -1)
-                columns |= components(str(label), variable, values)
-        written.append(write_table(folder / f"{name}-particles.csv", columns))
+        parts["particles"] = ("snapshot", "particle"), first
     if "time" in dataset.coords:
-        columns = {"time [s]": dataset["time"].values}
+        parts["history"] = ("time",), {"time [s]": dataset["time"].values}
+    for dims, columns in parts.values():
         for label, variable in dataset.data_vars.items():
-            if variable.dims[:1] == ("time",):
-                columns |= components(
-                    str(label), variable, variable.values.reshape(dataset.sizes["time"], -1)
-                )
-        written.append(write_table(folder / f"{name}-history.csv", columns))
-    return written
-
-
-def components(label: str, variable: xr.DataArray, values: np.ndarray) -> dict[str, np.ndarray]:
-    """A column for each component, numbered as in the papers: ``stress_12 [Pa]``."""
-    unit = variable.attrs.get("units", "1")
-    shape = variable.shape[
-        len(variable.shape) - sum(dim in ("dim", "dim2", "axis") for dim in variable.dims) :
+            if variable.dims[: len(dims)] == dims:
+                columns |= components(str(label), variable, len(dims))
+    return [
+        write_table(
+            folder / f"{name}-{part}.csv",
+            columns,
+            zip(*(column.tolist() for column in columns.values()), strict=True),
+        )
+        for part, (_, columns) in parts.items()
     ]
+
+
+def components(label: str, variable: xr.DataArray, rows: int) -> dict[str, np.ndarray]:
+    """A column for each component, numbered as in the papers: ``stress_12 [Pa]``; the first axes are the rows'."""
+    unit, shape = variable.attrs.get("units", "1"), variable.shape[rows:]
+    values = variable.values.reshape(-1, int(np.prod(shape)))
     names = ["".join(str(i + 1) for i in index) for index in np.ndindex(*shape)]
     return {
         f"{label}{'_' + part if part else ''} [{unit}]": values[:, k]
@@ -186,37 +185,26 @@ def overview(files: list[Path], folder: Path) -> Path:
         attributes, scalars = read_scalars(file)
         row: dict[str, Any] = {"file": file.name} | {key: attributes[key] for key in IDENTITY}
         row |= {key: value for key, value in flat_settings(attributes).items() if key not in row}
-        rows.append(
-            row
-            | {
-                f"{key} [{label.get('units', '1')}]": value
-                for key, (value, label) in scalars.items()
-            }
-        )
+        for key, (value, label) in scalars.items():
+            row[f"{key} [{label.get('units', '1')}]"] = value
+        rows.append(row)
     names = list(dict.fromkeys(key for row in rows for key in row))
+    return write_table(
+        folder / "runs.csv", names, ([row.get(name, "") for name in names] for row in rows)
+    )
+
+
+def write_table(path: Path, names: Iterable[str], rows: Iterable[Iterable[Any]]) -> Path:
+    """Write a CSV file; numbers keep all their digits."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(names)
-    writer.writerows([[row.get(name, "") for name in names] for row in rows])
-    return write_whole(folder / "runs.csv", out.getvalue().encode())
+    writer.writerows(rows)
+    return write_whole(path, out.getvalue())
 
 
-def write_table(path: Path, columns: dict[str, np.ndarray]) -> Path:
-    """Write columns of equal length with all their digits."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
-    return write_whole(path, out.getvalue().encode())
-
-
-def write_whole(path: Path, content: bytes) -> Path:
-    """Write a file in one move."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        unfinished.write_bytes(content)
-        unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
+def write_whole(path: Path, content: str) -> Path:
+    """Write a text file in one move."""
+    with in_one_move(path) as unfinished:
+        unfinished.write_text(content, encoding="utf-8")
     return path

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from mpmbench.commands.places import results_in
 from mpmbench.runs.sweep import reporting
 from mpmbench.settings.schema import BadInput
 
@@ -13,8 +14,5 @@ def main(arguments: list[str]) -> int:
             "report: the folder of results is needed, for example `report results/quickstart`"
         )
     folder = Path(arguments[0])
-    if not folder.is_dir():
-        raise BadInput(f"report {folder}: there is no such folder")
-    if not any(folder.glob("*.nc")):
-        raise BadInput(f"report {folder}: there are no result files in it")
+    results_in("report", folder)
     return 0 if reporting.build(folder.absolute()) else 1

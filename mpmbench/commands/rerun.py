@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from mpmbench.results.identity import code_digests
+from mpmbench.commands.places import attributes_of
+from mpmbench.results.identity import changed_files
 from mpmbench.results.netcdf import read_attributes
 from mpmbench.results.provenance import machine
 from mpmbench.runs.process import isolation
@@ -17,9 +18,8 @@ from mpmbench.runs.sweep.plan import LASTING
 from mpmbench.settings.resolve import check_types
 from mpmbench.settings.schema import GROUPS, BadInput, did_you_mean, options
 
-ROUNDING = (
-    1e-9  # largest difference, relative to the largest value of a field, that counts as rounding
-)
+# Largest difference, relative to the largest value of a field, that counts as rounding.
+ROUNDING = 1e-9
 CLOCKS = ("solver_time", "compile_time", "wall_time", "peak_memory")
 DERIVED = ("error_", "energy_drift", "momentum_drift")  # differences of what is compared anyway
 MACHINE = ("host", "cpu", "cpu_count", "operating_system")
@@ -30,11 +30,7 @@ def main(arguments: list[str]) -> int:
     if len(arguments) != 1:
         raise BadInput("rerun: one result file is needed")
     file = Path(arguments[0])
-    if not file.is_file():
-        raise BadInput(f"rerun {file}: there is no such file")
-    before = read_attributes(file)
-    if before is None:
-        raise BadInput(f"rerun {file}: not a readable result of mpmbench")
+    before = attributes_of("rerun", file)
     isolation.processes.warm_up()
     config = rebuild(file, before)
     with tempfile.TemporaryDirectory(prefix="mpmbench-rerun-") as folder:
@@ -43,9 +39,8 @@ def main(arguments: list[str]) -> int:
         record = execute.run(config)
         after = read_attributes(Path(record.file))
         if after is None:
-            raise BadInput(
-                f"rerun {file}: {record.unwritten or 'no result was written'}", exit_code=1
-            )
+            why = record.unwritten or "no result was written"
+            raise BadInput(f"rerun {file}: {why}", exit_code=1)
         verdict, details = compare(file, Path(record.file), before, after)
     print(f"{file.stem}: {verdict}")
     for line in [*details, *what_changed(before, after, config)]:
@@ -54,21 +49,13 @@ def main(arguments: list[str]) -> int:
 
 
 def rebuild(file: Path, attributes: dict[str, Any]) -> dict[str, Any]:
-    """The configuration that a file was made with.
-
-    Raises
-    ------
-    BadInput
-        When this version does not know one of its choices or keys.
-    """
+    """The configuration that a file was made with; raises `BadInput` when this version does not know it."""
     config: dict[str, Any] = json.loads(attributes["config"])
     for group in GROUPS:
         name = config[group]["name"]
         if name not in options(group):
-            hint = (
-                did_you_mean(name, options(group))
-                or "; if it is a plug-in, name its folder in MPMBENCH_PLUGINS"
-            )
+            plugin = "; if it is a plug-in, name its folder in MPMBENCH_PLUGINS"
+            hint = did_you_mean(name, options(group)) or plugin
             raise BadInput(f"rerun {file}: there is no {group} {name} here{hint}")
     config.setdefault("repeats", 1)
     checked, reason = check_types(config)
@@ -81,14 +68,12 @@ def compare(
     file: Path, again: Path, before: dict[str, Any], after: dict[str, Any]
 ) -> tuple[str, list[str]]:
     """Verdict on two result files, and the variables that differ."""
-    if before["status"] != after["status"]:
-        return "different", [
-            f"status: {before['status']} -> {after['status']} {after['reason']}".rstrip()
-        ]
-    if before["status"] not in LASTING:
-        return "different", [
-            f"status: {before['status']} again, which leaves nothing to compare: {after['reason']}"
-        ]
+    was, now, reason = before["status"], after["status"], after["reason"]
+    if was != now:
+        return "different", [f"status: {was} -> {now} {reason}".rstrip()]
+    if was not in LASTING:
+        nothing = "which leaves nothing to compare"
+        return "different", [f"status: {was} again, {nothing}: {reason}"]
     old, new = xr.load_dataset(file, decode_cf=False), xr.load_dataset(again, decode_cf=False)
     names = sorted({*map(str, old.variables), *map(str, new.variables)} - set(CLOCKS))
     equal, large = True, []
@@ -126,16 +111,11 @@ def what_changed(
     before: dict[str, Any], after: dict[str, Any], config: dict[str, Any]
 ) -> list[str]:
     """Code, versions, machine and threads that are not what they were."""
-    old, new = json.loads(before["code_files"]), code_digests(config)
-    files = sorted(name for name in {*old, *new} if old.get(name) != new.get(name))
+    files = changed_files(before, config)
     lines = [f"code: {', '.join(files)}"] if files else []
-    versions = [
-        key
-        for key in before
-        if key == "python" or (key.endswith("_version") and key != "schema_version")
-    ]
+    versions = [key for key in before if key.endswith("_version") and key != "schema_version"]
     here = {**after, **machine(), "threads": config["threads"]}
-    for key in [*versions, *MACHINE, "threads"]:
+    for key in [*versions, "python", *MACHINE, "threads"]:
         if before.get(key) != here.get(key):
             lines.append(f"{key.replace('_', ' ')}: {before.get(key)} -> {here.get(key)}")
     return [f"changed: {line}" for line in lines] or [

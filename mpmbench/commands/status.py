@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.core.registry import places, plugins_of
-from mpmbench.results.identity import code_digests, code_hash
+from mpmbench.results.identity import changed_files, code_digests, code_hash
 from mpmbench.results.netcdf import read_attributes
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.plan import make_plan, state_of
@@ -16,14 +16,19 @@ STATES = ("fresh", "stale", "untimed", "failed", "missing")
 
 
 def main(arguments: list[str]) -> int:
-    """``status``, ``status RESULTS``, ``status FILE.nc``, or ``status`` and a sweep's arguments."""
+    """``status``, ``status RESULTS``, ``status FILE.nc``, or ``status`` and a sweep's arguments.
+
+    A file's line comes with the traceback of a run that crashed.
+    """
     if any("=" in argument or argument == "-m" for argument in arguments):
         return of_sweep(arguments)
     if len(arguments) > 1:
         raise BadInput("status: one folder of results, or key=value as for a sweep, is needed")
     top = Path(arguments[0] if arguments else "results")
     if top.is_file():
-        return of_file(top)
+        print(describe(top))
+        print((read_attributes(top) or {}).get("traceback", ""), end="")
+        return 0
     if not top.is_dir():
         raise BadInput(f"status: there is no folder {top}")
     folders = sorted({file.parent for file in top.rglob("*.nc")})
@@ -33,15 +38,6 @@ def main(arguments: list[str]) -> int:
             print("  " + describe(file))
     if not folders:
         print(f"no results in {top}")
-    return 0
-
-
-def of_file(file: Path) -> int:
-    """One result, with the traceback of a run that crashed."""
-    print(describe(file))
-    trace = (read_attributes(file) or {}).get("traceback")
-    if trace:
-        print(trace, end="")
     return 0
 
 
@@ -58,7 +54,7 @@ def describe(file: Path) -> str:
     if state == "stale" and (missing := missing_plugins(config)):
         state, changed = "plug-in missing", f"  {missing}: name its folder in MPMBENCH_PLUGINS"
     elif state == "stale":
-        changed = f"  changed since: {', '.join(changed_files(attributes, config))}"
+        changed = "  " + changed_since(attributes, config)
     outcome = attributes["status"] + (f": {attributes['reason']}" if attributes["reason"] else "")
     return f"{state:<10} {file.stem:<46}{outcome}{changed}"
 
@@ -75,11 +71,9 @@ def missing_plugins(config: dict[str, Any]) -> str:
     return ", ".join(missing)
 
 
-def changed_files(attributes: dict[str, Any], config: dict[str, Any]) -> list[str]:
-    """Source files that have changed in more than comments since a result was made."""
-    before: dict[str, str] = json.loads(attributes["code_files"])
-    now = code_digests(config)
-    return sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
+def changed_since(attributes: dict[str, Any], config: dict[str, Any]) -> str:
+    """The source files that make a result stale."""
+    return f"changed since: {', '.join(changed_files(attributes, config))}"
 
 
 def of_sweep(arguments: list[str]) -> int:
@@ -93,13 +87,12 @@ def of_sweep(arguments: list[str]) -> int:
 
     cells = make_plan(compose.compose_sweep(pairs)).cells()
     for cell in cells:
-        changed = (
-            cell.state == "stale" and cell.earlier and changed_files(cell.earlier, cell.config)
-        )
-        remark = cell.not_applicable or (f"changed since: {', '.join(changed)}" if changed else "")
-        print(
-            f"{'does not apply' if cell.not_applicable else cell.state:<16}{cell.name:<46}{remark}".rstrip()
-        )
+        state, remark = cell.state, cell.not_applicable
+        if cell.not_applicable:
+            state = "does not apply"
+        elif state == "stale" and cell.earlier:
+            remark = changed_since(cell.earlier, cell.config)
+        print(f"{state:<16}{cell.name:<46}{remark}".rstrip())
     counts = Counter("not applicable" if cell.not_applicable else cell.state for cell in cells)
     found = [f"{counts[state]} {state}" for state in (*STATES, "not applicable") if counts[state]]
     print(f"{len(cells)} runs: {', '.join(found)}")

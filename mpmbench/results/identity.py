@@ -86,6 +86,13 @@ def code_hash(digests: dict[str, str]) -> str:
     return hashlib.sha256(json.dumps(digests, sort_keys=True).encode()).hexdigest()[:16]
 
 
+def changed_files(attributes: dict[str, Any], config: dict[str, Any]) -> list[str]:
+    """Source files that have changed in more than comments since a result was made."""
+    before: dict[str, str] = json.loads(attributes["code_files"])
+    now = code_digests(config)
+    return sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
+
+
 @cache
 def _meaning(file: Path, modified: int) -> tuple[str, tuple[str, ...]]:
     """Digest of a source file without comments and docstrings, and what it imports of ours."""

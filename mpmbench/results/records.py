@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -65,6 +65,12 @@ class Campaign:
     names: dict[str, str]
     provenance: pd.DataFrame
     unreadable: dict[str, str]
+
+    def only(self, files: Iterable[str]) -> "Campaign":
+        """The same with some of the runs, in this order."""
+        names = list(files)
+        tables = {key: getattr(self, key).loc[names] for key in ("runs", "settings", "provenance")}
+        return replace(self, **tables)
 
     def variables(self, file: str, wanted: Iterable[str]) -> dict[str, np.ndarray]:
         """Those of the wanted variables that the file has, loaded; snapshots keep their first axis."""

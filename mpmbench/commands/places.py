@@ -1,0 +1,27 @@
+"""Files and folders that a command is given; what is wrong with one of them is one sentence."""
+
+from pathlib import Path
+from typing import Any
+
+from mpmbench.results.netcdf import read_attributes
+from mpmbench.settings.schema import BadInput
+
+
+def results_in(command: str, folder: Path) -> list[Path]:
+    """The result files of a folder, sorted; raises `BadInput` when there are none."""
+    if not folder.is_dir():
+        raise BadInput(f"{command} {folder}: there is no such folder")
+    files = sorted(folder.glob("*.nc"))
+    if not files:
+        raise BadInput(f"{command} {folder}: there are no result files in it")
+    return files
+
+
+def attributes_of(command: str, file: Path) -> dict[str, Any]:
+    """Attributes of a result file; raises `BadInput` when it is none."""
+    if not file.is_file():
+        raise BadInput(f"{command} {file}: there is no such file")
+    attributes = read_attributes(file)
+    if attributes is None:
+        raise BadInput(f"{command} {file}: not a readable result of mpmbench")
+    return attributes
