@@ -11,12 +11,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from mpmbench.core.registry import PACKAGES, is_ours
+from mpmbench.core.registry import PACKAGES, VARIABLE, is_ours
 from mpmbench.runs.process import isolation
+from mpmbench.settings.files import joined
 from mpmbench.settings.schema import BadInput, composed, options
 
 TIME = 120.0  # [s] for everything
-LIMITS = {"setup": 100.0, "time": 100.0, "memory": None}  # of one check
+LONGEST = 100.0  # [s] for one check
 OVER = f"not checked: the {TIME:g} s of this command are over"
 STEPS = 20  # of the run that a plug-in must go through
 
@@ -28,16 +29,13 @@ def main(arguments: list[str]) -> int:
     file = Path(arguments[0]).absolute()
     if not file.is_file():
         raise BadInput(f"check {arguments[0]}: there is no such file")
-    deadline = time.monotonic() + TIME
     started = time.monotonic()
+    deadline = started + TIME
     if not is_ours(file):
-        known = [part for part in os.environ.get("MPMBENCH_PLUGINS", "").split(os.pathsep) if part]
-        os.environ["MPMBENCH_PLUGINS"] = os.pathsep.join(dict.fromkeys([*known, str(file.parent)]))
+        known = os.environ.get(VARIABLE, "")
+        os.environ[VARIABLE] = joined(known, str(file.parent))
     isolation.processes.warm_up()
-    try:
-        brought = isolation.processes.ask("contents", str(file), limits=LIMITS)
-    except isolation.Ended as end:
-        raise BadInput(f"check {file.name}: it cannot be imported: {end.reason}") from None
+    brought = ask("contents", str(file), deadline=math.inf)
     if isinstance(brought, str):
         raise BadInput(f"check {file.name}: it cannot be imported: {brought}")
     if not brought:
@@ -49,17 +47,17 @@ def main(arguments: list[str]) -> int:
     for kind, name in brought:
         print(f"{kind} {name}")
         for row, cells in scorecard(kind, name, deadline):
-            good = [ok for ok, _ in cells.values()]
-            passed, total = passed + sum(good), total + len(good)
-            marks = [
-                f"{label} {'ok' if ok else 'not checked' if text == OVER else 'FAILS'}"
-                for label, (ok, text) in cells.items()
-            ]
-            print(f"  {row:<40}{'  '.join(marks)}", flush=True)
+            passed += sum(ok for ok, _ in cells.values())
+            total += len(cells)
+            marks, remarks = [], []
             for label, (ok, text) in cells.items():
-                late += text == OVER
-                if not ok and text != OVER:
-                    print(f"    {label}: {text}", flush=True)
+                if text == OVER:
+                    late += 1
+                    marks.append(f"{label} not checked")
+                else:
+                    marks.append(f"{label} {'ok' if ok else 'FAILS'}")
+                    remarks += [] if ok else [f"    {label}: {text}"]
+            print("\n".join([f"  {row:<40}{'  '.join(marks)}", *remarks]), flush=True)
     if late:
         print(f"{late} {OVER}")
     compiling = ask("compile_time", deadline=math.inf)
@@ -91,10 +89,9 @@ def scorecard(
         cells = {}
         for label, checks in outline:
             if check in checks:
-                answer = ask("judge", kind, name, settings, label, check, deadline=deadline)
-                cells[label] = (
-                    (False, answer) if isinstance(answer, str) else (answer.passed, answer.text)
-                )
+                found = ask("judge", kind, name, settings, label, check, deadline=deadline)
+                failed = isinstance(found, str)
+                cells[label] = (False, found) if failed else (found.passed, found.text)
         yield check, cells
 
 
@@ -103,10 +100,9 @@ def ask(*request: Any, deadline: float) -> Any:
     left = deadline - time.monotonic()
     if left <= 0.0:
         return OVER
+    limits = {"setup": min(left, LONGEST), "time": LONGEST, "memory": None}
     try:
-        return isolation.processes.ask(
-            *request, limits=LIMITS | {"setup": min(left, LIMITS["setup"] or left)}
-        )
+        return isolation.processes.ask(*request, limits=limits)
     except isolation.Ended as end:
         return end.reason
 
@@ -124,9 +120,8 @@ def declaration(kind: str, name: str) -> str:
 
 def run_of(kind: str, name: str) -> list[str]:
     """Overrides of a short run with the plug-in."""
-    if kind == "transfer":
-        return ["method=mpm", f"method.transfer={name}"]
-    return [f"{kind}={name}"] if kind != "basis" else ["method=mpm", f"basis={name}"]
+    key = "method.transfer" if kind == "transfer" else kind
+    return [*(["method=mpm"] if kind in ("transfer", "basis") else []), f"{key}={name}"]
 
 
 def runs(config: dict[str, Any], reason: str, deadline: float) -> tuple[bool, str]:
@@ -139,13 +134,9 @@ def runs(config: dict[str, Any], reason: str, deadline: float) -> tuple[bool, st
         return False, str(error)
     if reason:
         return False, f"does not apply to {config['problem']['name']}: {reason}"
-    step = config["time_step"]
-    short = config | {
-        "end_time": config["end_time"] * 1e-3
-        if step == "auto"
-        else min(config["end_time"], STEPS * step)
-    }
-    answer = ask("solve", short, deadline=deadline)
+    step, end_time = config["time_step"], config["end_time"]
+    short = end_time * 1e-3 if step == "auto" else min(end_time, STEPS * step)
+    answer = ask("solve", config | {"end_time": short}, deadline=deadline)
     if isinstance(answer, str):
         return False, answer
     return answer["status"] == "ok", f"{answer['status']}: {answer['reason']}"

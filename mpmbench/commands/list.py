@@ -14,20 +14,19 @@ from mpmbench.settings.words import in_columns, keys_of
 PLURALS = {"method": "methods", "basis": "bases", "material": "materials", "problem": "problems"}
 
 
-def show(title: str, sentences: dict[str, str]) -> None:
-    """Print names and sentences about them below each other."""
-    print("\n".join([title, *in_columns(sentences)]))
-
-
 def main(arguments: list[str]) -> int:
     """``list``, or ``list NAME``."""
     if len(arguments) > 1:
         raise BadInput("list: one name at most is needed")
     if arguments:
         return show_option(arguments[0])
-    for group in GROUPS:
-        show(PLURALS[group], {name: description(group, name) for name in options(group)})
-    show("experiments", {name: comment(file) for name, file in experiments().items()})
+    found = {
+        PLURALS[group]: {name: description(group, name) for name in options(group)}
+        for group in GROUPS
+    }
+    found["experiments"] = {name: comment(file) for name, file in experiments().items()}
+    for title, sentences in found.items():
+        print("\n".join([title, *in_columns(sentences)]))
     print("\n`list NAME` tells what can be set, and for a problem which methods and bases apply.")
     return 0
 
@@ -45,26 +44,20 @@ def show_option(name: str) -> int:
 
 def applicability(problem: str) -> int:
     """Table of the methods and bases that apply to a problem, with the reasons of those that do not."""
-    from mpmbench.runs.process import isolation
-    from mpmbench.runs.sweep import execute
+    from mpmbench.runs.sweep.execute import applying
 
-    isolation.processes.warm_up()
-    from mpmbench.runs.hydra.compose import compose_many
-
-    pairs = [(method, basis) for method in options("method") for basis in options("basis")]
-    cells = compose_many(
+    methods, bases = options("method"), options("basis")
+    pairs = [(method, basis) for method in methods for basis in bases]
+    cells = applying(
         [[f"method={method}", f"basis={basis}", f"problem={problem}"] for method, basis in pairs]
     )
-    reasons = []
-    width = max(len(basis) for basis in options("basis")) + 2
-    print(" " * 16 + "".join(f"{basis:<{width}}" for basis in options("basis")))
-    answers = dict(zip(pairs, execute.check(cells), strict=True))
-    for method in options("method"):
-        marks = []
-        for basis in options("basis"):
-            reason = answers[method, basis]["not_applicable"]
-            marks.append(f"{'-' if reason else 'yes':<{width}}")
-            reasons += [f"  {method}, {basis}: {reason}"] if reason else []
-        print(f"  {method:<14}" + "".join(marks))
-    print("\n".join(reasons))
+    reasons = {pair: reason for pair, (_, reason) in zip(pairs, cells, strict=True)}
+    width = max(map(len, bases)) + 2
+    print(" " * 16 + "".join(f"{basis:<{width}}" for basis in bases))
+    for method in methods:
+        marks = ["-" if reasons[method, basis] else "yes" for basis in bases]
+        print(f"  {method:<14}" + "".join(f"{mark:<{width}}" for mark in marks))
+    for (method, basis), reason in reasons.items():
+        if reason:
+            print(f"  {method}, {basis}: {reason}")
     return 0

@@ -9,31 +9,36 @@ import hashlib
 import json
 import os
 import re
-import signal
 import subprocess
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from mpmbench.commands import bisect
+from mpmbench.core.registry import VARIABLE
 from mpmbench.results import completion
 from mpmbench.runs.sweep.display import shorten
+from mpmbench.runs.sweep.interrupts import terminated_like_interrupted
 from mpmbench.runs.sweep.reporting import build as build_report
 from mpmbench.runs.sweep.reporting import is_younger
-from mpmbench.settings.files import PACKAGE, papers, read_yaml, shipped_folder
+from mpmbench.settings.arguments import value_of
+from mpmbench.settings.files import PACKAGE, joined, papers, read_yaml, shipped_folder
 from mpmbench.settings.schema import BadInput, did_you_mean, experiments
 
 AT_A_TIME = 2
 # A numerical failure is what some experiments are made to show: it is a result. These are not.
-NOT_RESULTS = ("crashed", "interrupted", "timeout", "out_of_memory")
-# What makes runs out of an experiment.
-COMPOSING = ("case", "settings", "results", "runs/hydra", "runs/sweep/plan.py")
+NOT_RESULTS = ("crashed", "interrupted", "timeout", "out_of_memory", "unreadable")
+UNREADABLE = {"status": "unreadable", "reason": ""}
+SOURCES = (  # of runs, and of what makes them out of an experiment
+    *(f"{room}/**/*.py" for room in ("core", "problems", "analysis", "case", "settings")),
+    *("results/*.py", "runs/hydra/*.py", "runs/sweep/plan.py"),
+)
 _running: set["subprocess.Popen[str]"] = set()
 _stop = threading.Event()
 
@@ -82,34 +87,21 @@ def main(arguments: list[str]) -> int:
         raise BadInput(
             f"reproduce: the name of a paper or an experiment is needed: {', '.join(groups())}"
         )
-    keys = [pair.partition("=")[0] for pair in pairs]
     for key in ("experiments", "campaign"):
-        if key in keys:
+        if value_of(key, pairs):
             raise BadInput(f"reproduce: {key} is chosen by the name; leave it out")
     name = given[0].strip("/")
-    output = Path(
-        next(
-            (pair.partition("=")[2] for pair in pairs if pair.startswith("output_dir=")), "results"
-        )
-    )
+    output = Path(value_of("output_dir", pairs, "results"))
     chosen = choose(name, output)
     folder = output / name
     started = time.perf_counter()
     todo = [one for one in chosen if not is_complete(one, pairs)]
     print(f"{name}: {len(chosen)} experiments, {len(chosen) - len(todo)} complete", flush=True)
-    before = signal.signal(signal.SIGTERM, interrupt)
-    try:
+    with terminated_like_interrupted():
         finished = run_all(todo, pairs)
-    finally:
-        signal.signal(signal.SIGTERM, before)
     print(f"runs: {time.perf_counter() - started:.1f} s", flush=True)
     reported = report(name, folder, chosen)
     return 0 if reported and finished else 1
-
-
-def interrupt(number: int, frame: Any) -> None:
-    """Let a request to terminate do what Ctrl-C does."""
-    raise KeyboardInterrupt
 
 
 def groups() -> list[str]:
@@ -118,13 +110,7 @@ def groups() -> list[str]:
 
 
 def choose(name: str, output: Path) -> list[Experiment]:
-    """The experiment of that name, or all in the folder of that name; those that run alone first.
-
-    Raises
-    ------
-    BadInput
-        When there is none.
-    """
+    """The experiment of that name, or all in the folder of that name; those that run alone first."""
     found = [
         Experiment(one, file, output / (read_yaml(file).get("campaign") or one))
         for one, file in experiments().items()
@@ -140,29 +126,22 @@ def choose(name: str, output: Path) -> list[Experiment]:
 
 def is_complete(experiment: Experiment, pairs: list[str]) -> bool:
     """Whether its stamp fits the code, the configuration and the result files that are there now."""
-    asks_again = any(pair.startswith("rerun=") and pair != "rerun=missing" for pair in pairs)
+    asks_again = value_of("rerun", pairs, "missing") != "missing"
     return not asks_again and completion.is_valid(experiment.results, inputs(experiment, pairs))
 
 
 def inputs(experiment: Experiment, pairs: list[str]) -> str:
     """Digest of all that the results of an experiment depend on."""
-    sources = [
-        file
-        for room in ("core", "problems", "analysis", *COMPOSING)
-        for file in [*(PACKAGE / room).rglob("*.py"), PACKAGE / room]
-        if file.is_file()
-    ]
-    plugins = experiment.plugins
-    more = (
-        [file for file in plugins.rglob("*") if file.suffix in (".py", ".yaml")] if plugins else []
-    )
-    digest = hashlib.sha256(json.dumps(sorted(pairs)).encode())
-    for file in [
+    conf, plugins = shipped_folder("conf"), experiment.plugins
+    more = plugins.rglob("*") if plugins else ()
+    files = [
         experiment.file,
-        *sorted(shipped_folder("conf").rglob("*.yaml")),
-        *sorted(sources),
-        *sorted(more),
-    ]:
+        *sorted(conf.rglob("*.yaml")),
+        *sorted(file for pattern in SOURCES for file in PACKAGE.glob(pattern)),
+        *sorted(file for file in more if file.suffix in (".py", ".yaml")),
+    ]
+    digest = hashlib.sha256(json.dumps(sorted(pairs)).encode())
+    for file in files:
         digest.update(str(file).encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()
 
@@ -190,10 +169,7 @@ def run_all(todo: list[Experiment], pairs: list[str]) -> bool:
 
 def run(experiment: Experiment, pairs: list[str]) -> bool:
     """One experiment, as a user would start it; answers whether every run has come to a result."""
-    environment = dict(os.environ)
-    if experiment.plugins:
-        known = [part for part in environment.get("MPMBENCH_PLUGINS", "").split(os.pathsep) if part]
-        environment["MPMBENCH_PLUGINS"] = os.pathsep.join([*known, str(experiment.plugins)])
+    environment = with_plugins(os.environ, experiment.plugins)
     before = inputs(experiment, pairs)
     sweep(experiment, experiment.name, pairs, environment)
     names = cells(experiment, pairs, environment)
@@ -205,10 +181,7 @@ def run(experiment: Experiment, pairs: list[str]) -> bool:
             break
         with tempfile.TemporaryDirectory(prefix="mpmbench-") as folder:
             name = bisect.write_round(experiment.file, experiment.name, cases, Path(folder))
-            known = [part for part in (environment.get("MPMBENCH_PLUGINS"), folder) if part]
-            sweep(
-                experiment, name, pairs, environment | {"MPMBENCH_PLUGINS": os.pathsep.join(known)}
-            )
+            sweep(experiment, name, pairs, with_plugins(environment, folder))
     bad = list(without_result(experiment, names))
     for line in bad:
         print(line)
@@ -217,24 +190,21 @@ def run(experiment: Experiment, pairs: list[str]) -> bool:
     return not bad
 
 
+def with_plugins(environment: Mapping[str, str], folder: Path | str | None) -> dict[str, str]:
+    """An environment with one more folder of plug-ins, if there is one."""
+    return {**environment, VARIABLE: joined(environment.get(VARIABLE, ""), str(folder or ""))}
+
+
 def cells(experiment: Experiment, pairs: list[str], environment: dict[str, str]) -> set[str]:
     """Names of the result files of all cells, whichever else the folder holds from earlier versions."""
     command = [sys.executable, "-m", "mpmbench", "status", f"experiments={experiment.name}", *pairs]
-    lines = subprocess.run(
-        command, capture_output=True, text=True, env=environment
-    ).stdout.splitlines()
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
     known = {file.stem: file.name for file in experiment.results.glob("*.nc")}
-    return {known[word] for line in lines for word in line.split() if word in known}
+    return {known[word] for word in done.stdout.split() if word in known}
 
 
 def sweep(experiment: Experiment, name: str, pairs: list[str], environment: dict[str, str]) -> None:
-    """Start a sweep and pass its lines on; it leaves the report to the paper's.
-
-    Raises
-    ------
-    BadInput
-        With what the sweep says about its input.
-    """
+    """Start a sweep and pass its lines on, as `BadInput` what it says of its input; the report is the paper's."""
     command = [sys.executable, "-m", "mpmbench", f"experiments={name}", *pairs, "report=false"]
     if _stop.is_set():
         raise KeyboardInterrupt
@@ -269,12 +239,9 @@ def without_result(experiment: Experiment, names: set[str]) -> Iterable[str]:
     if not names:
         yield f"{experiment.name}: no results"
     for name in sorted(names):
-        attributes = read_attributes(experiment.results / name)
-        status, reason = (
-            (attributes["status"], attributes["reason"]) if attributes else ("unreadable", "")
-        )
-        if attributes is None or status in NOT_RESULTS:
-            yield f"{experiment.name}: {name}: {status}: {reason}"
+        found = read_attributes(experiment.results / name) or UNREADABLE
+        if found["status"] in NOT_RESULTS:
+            yield f"{experiment.name}: {name}: {found['status']}: {found['reason']}"
 
 
 def report(name: str, folder: Path, chosen: list[Experiment]) -> bool:

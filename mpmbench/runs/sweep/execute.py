@@ -1,11 +1,8 @@
 """Run one configuration in a child process, so that it leaves a result file whatever happens."""
 
 import os
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +11,7 @@ from mpmbench.results.identity import result_path
 from mpmbench.results.provenance import attributes
 from mpmbench.runs.process import isolation
 from mpmbench.runs.process.exclusive import turn
+from mpmbench.runs.sweep.interrupts import uninterrupted
 from mpmbench.settings.schema import BadInput
 
 SUCCESS = ("ok", "not_applicable")
@@ -96,6 +94,23 @@ def check(cells: list[tuple[dict[str, Any], str]]) -> list[dict[str, Any]]:
             )
     check_folder(result_path(first).parent)
     return list(answers)
+
+
+def applying(combinations: Sequence[Sequence[str]]) -> list[tuple[dict[str, Any], str]]:
+    """Configuration of each combination of settings, and why it does not apply, if so; nothing runs.
+
+    The process that runs are forked from loads its libraries meanwhile. Raises `BadInput` when a
+    combination is wrong.
+    """
+    isolation.processes.warm_up()
+    from mpmbench.runs.hydra.compose import compose_many
+
+    cells = compose_many(combinations)
+    answers = check(cells)
+    return [
+        (config, answer["not_applicable"])
+        for (config, _), answer in zip(cells, answers, strict=True)
+    ]
 
 
 def check_folder(folder: Path, what: str = "output_dir:") -> None:
@@ -208,19 +223,3 @@ def _record(target: Path, answer: dict[str, Any], started: float) -> Record:
     record.solver_times = answer.get("solver_times", [])
     record.has_traceback = answer.get("has_traceback", False)
     return record
-
-
-@contextmanager
-def uninterrupted() -> Iterator[None]:
-    """Ignore Ctrl-C and requests to terminate for a moment."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {
-        number: signal.signal(number, signal.SIG_IGN) for number in (signal.SIGINT, signal.SIGTERM)
-    }
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

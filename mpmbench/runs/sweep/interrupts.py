@@ -1,17 +1,36 @@
-"""What a request to end does to a command."""
+"""What requests to end do to a command."""
 
 import signal
+import threading
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
 
-class TerminatedLikeInterrupted:
-    """While active, a request to terminate does what Ctrl-C does."""
+@contextmanager
+def handling(handler: Any, *numbers: signal.Signals) -> Iterator[None]:
+    """Within, these signals are handled so; threads other than the main one have no say in that."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, handler) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, earlier in before.items():
+            signal.signal(number, earlier)
 
-    def __enter__(self) -> None:
-        def interrupt(number: int, frame: Any) -> None:
-            raise KeyboardInterrupt
 
-        self.before = signal.signal(signal.SIGTERM, interrupt)
+def interrupt(number: int, frame: Any) -> None:
+    """Do what Ctrl-C does."""
+    raise KeyboardInterrupt
 
-    def __exit__(self, *error: object) -> None:
-        signal.signal(signal.SIGTERM, self.before)
+
+def terminated_like_interrupted() -> AbstractContextManager[None]:
+    """Within, a request to terminate does what Ctrl-C does."""
+    return handling(interrupt, signal.SIGTERM)
+
+
+def uninterrupted() -> AbstractContextManager[None]:
+    """Within, Ctrl-C and requests to terminate are ignored."""
+    return handling(signal.SIG_IGN, signal.SIGINT, signal.SIGTERM)

@@ -103,16 +103,11 @@ def kernels_of(config: dict[str, Any]) -> str:
 
 def compile_kernels(config: dict[str, Any]) -> str:
     """Run one step of a configuration and keep nothing; the status says whether that went well."""
-    step = config["time_step"]
-    short = config | {
-        "end_time": config["end_time"] * 1e-6 if step == "auto" else min(config["end_time"], step)
-    }
+    step, end_time = config["time_step"], config["end_time"]
+    short = config | {"end_time": end_time * 1e-6 if step == "auto" else min(end_time, step)}
     try:
         answer = isolation.processes.ask("solve", short, limits=execute.limits_of(config))
+        status, reason = answer["status"], answer["reason"]
     except isolation.Ended as end:
-        return f"{end.status}, {end.reason}"
-    return (
-        str(answer["status"])
-        if answer["status"] == "ok"
-        else f"{answer['status']}, {answer['reason']}"
-    )
+        status, reason = end.status, end.reason
+    return "ok" if status == "ok" else f"{status}, {reason}"

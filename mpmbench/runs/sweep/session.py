@@ -17,7 +17,7 @@ from mpmbench.runs.process.exclusive import slot
 from mpmbench.runs.process.watchdog import guarded
 from mpmbench.runs.sweep import display, execute, launchers, live, reporting
 from mpmbench.runs.sweep.execute import Record
-from mpmbench.runs.sweep.interrupts import TerminatedLikeInterrupted
+from mpmbench.runs.sweep.interrupts import terminated_like_interrupted, uninterrupted
 from mpmbench.runs.sweep.ledger import Ledger, follow_owner, opened
 from mpmbench.runs.sweep.plan import Plan, make_plan, record_inapplicable
 from mpmbench.runs.sweep.repeats import repeat_timings
@@ -62,7 +62,7 @@ class Session:
         """
         interrupted = False
         with (
-            TerminatedLikeInterrupted(),
+            terminated_like_interrupted(),
             opened(launchers.shared_folder(self.pairs)) as ledger,
             guarded(str(ledger.folder)) if self.parallel else nullcontext(),
         ):
@@ -151,7 +151,7 @@ class Session:
             if file.exists() and file.stat().st_mtime > since:
                 continue  # it was killed between its result and its record
             known = attributes(cell.config) | {"status": status, "reason": reason}
-            with execute.uninterrupted():
+            with uninterrupted():
                 ledger.note(execute.leave_record(cell.config, known, time.perf_counter()))
 
     def repeat_timings(self, ledger: Ledger) -> None:

@@ -5,9 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from mpmbench.results.identity import result_path
-from mpmbench.runs.hydra import compose
 from mpmbench.runs.sweep import display, execute, reporting
-from mpmbench.runs.sweep.interrupts import TerminatedLikeInterrupted
+from mpmbench.runs.sweep.interrupts import terminated_like_interrupted
 from mpmbench.runs.sweep.repeats import repeat_timings
 from mpmbench.settings.schema import BadInput
 
@@ -25,12 +24,11 @@ def run(pairs: Sequence[str], started: float) -> int:
     BadInput
         When the arguments are wrong, or do not go together.
     """
-    ((config, reason),) = compose.compose_many([pairs])
-    (answer,) = execute.check([(config, reason)])
-    if answer["not_applicable"]:
-        raise BadInput(f"this combination does not apply: {answer['not_applicable']}")
+    ((config, reason),) = execute.applying([pairs])
+    if reason:
+        raise BadInput(f"this combination does not apply: {reason}")
     name = result_path(config).stem
-    with TerminatedLikeInterrupted(), display.progress_bar(name) as progress:
+    with terminated_like_interrupted(), display.progress_bar(name) as progress:
         alone = config["timing"] == "exclusive"
         records = {name: execute.run(config, progress, alone)}
         repeat_timings([config], records)
