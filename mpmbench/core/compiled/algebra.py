@@ -61,9 +61,15 @@ def multiply(axes, A, B, C):
 @inlined
 def multiply_transposed(axes, A, B, C):
     """``C = A B^T``; C must not be A or B."""
-    for i in range(len(axes)):
-        for j in range(len(axes)):
+    multiply(axes, A, B.T, C)
+
+
+@inlined
+def transform_rows(axes, A, p, M, B):
+    """``B[p] = A[p] M`` with rows of all k, shape (n, K, dim)."""
+    for k in range(A.shape[1]):
+        for d in range(len(axes)):
             total = 0.0
-            for k in range(len(axes)):
-                total += A[i, k] * B[j, k]
-            C[i, j] = total
+            for e in range(len(axes)):
+                total += A[p, k, e] * M[e, d]
+            B[p, k, d] = total

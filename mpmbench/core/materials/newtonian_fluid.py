@@ -43,7 +43,6 @@ class NewtonianFluid(Material):
         return NewtonianLaw(float(self.bulk_modulus), float(self.viscosity))
 
     def lame_parameters(self) -> tuple[float, float]:
-        """Bulk modulus and no shear modulus [Pa]; viscosity bounds the time step by itself."""
         return self.bulk_modulus, 0.0
 
     def pressure(self, J: np.ndarray) -> np.ndarray:

@@ -22,15 +22,6 @@ def identity(out):
 
 
 @kernel
-def embed(axes, A, out):
-    """Copy a (dim, dim) deformation gradient into a 3 x 3 one in plane strain."""
-    identity(out)
-    for i in range(len(axes)):
-        for j in range(len(axes)):
-            out[i, j] = A[i, j]
-
-
-@kernel
 def congruence(A, B, out):
     """``out = A B A^T`` of 3 x 3 matrices with B symmetric."""
     for i in range(3):
@@ -94,7 +85,10 @@ def logarithmic_strains(b, strain, vectors):
 def trial_state(axes, increment, b, strain, vectors):
     """``b <- DF b DF^T``, and its principal strains and axes."""
     full, work = matrix(THREE, THREE), matrix(THREE, THREE)
-    embed(axes, increment, full)
+    identity(full)  # plane strain in missing dimensions
+    for i in range(len(axes)):
+        for j in range(len(axes)):
+            full[i, j] = increment[i, j]
     congruence(full, b, work)
     for i in range(3):
         for j in range(3):

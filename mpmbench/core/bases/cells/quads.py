@@ -8,30 +8,34 @@ only gradients follow the nodes.
 from typing import ClassVar
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from mpmbench.core.bases import StoredBasis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import kernel, matrix
-from mpmbench.core.compiled.algebra import determinant, inverse
+from mpmbench.core.compiled.algebra import determinant, inverse, transform_rows
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box
 
 
 @kernel
-def shape_functions(axes, corners, xi, phi, derivative):
-    """Values and derivatives by xi of the 2^dim linear functions at xi in [0, 1]^dim.
+def shape_functions(axes, xi, phi, derivative):
+    """Values and derivatives by xi of the 2^dim linear functions at points xi in [0, 1]^dim.
 
     Corners are the bits of the number of a function.
     """
-    for k in range(corners):
-        phi[k] = 1.0
-        for d in range(len(axes)):
-            bit = (k >> (len(axes) - 1 - d)) & 1
-            phi[k] *= xi[d] if bit else 1.0 - xi[d]
-            derivative[k, d] = 1.0 if bit else -1.0
-            for e in range(len(axes)):
-                if e != d:
-                    derivative[k, d] *= xi[e] if (k >> (len(axes) - 1 - e)) & 1 else 1.0 - xi[e]
+    last = len(axes) - 1
+    for p in range(xi.shape[0]):
+        for k in range(phi.shape[1]):
+            phi[p, k] = 1.0
+            for d in range(len(axes)):
+                bit = (k >> (last - d)) & 1
+                phi[p, k] *= xi[p, d] if bit else 1.0 - xi[p, d]
+                derivative[p, k, d] = 1.0 if bit else -1.0
+                for e in range(len(axes)):
+                    if e != d:
+                        bit = (k >> (last - e)) & 1
+                        derivative[p, k, d] *= xi[p, e] if bit else 1.0 - xi[p, e]
 
 
 @kernel
@@ -43,9 +47,7 @@ def push_gradients(axes, nodes, index, derivative, grad_phi):
     jacobian, inverse_jacobian = matrix(axes, axes), matrix(axes, axes)
     dim = len(axes)
     for p in range(index.shape[0]):
-        for a in range(dim):
-            for b in range(dim):
-                jacobian[a, b] = 0.0
+        jacobian[:] = 0.0
         for k in range(index.shape[1]):
             for a in range(dim):
                 for b in range(dim):
@@ -53,20 +55,8 @@ def push_gradients(axes, nodes, index, derivative, grad_phi):
         if not determinant(axes, jacobian) > 0.0:
             return p
         inverse(axes, jacobian, inverse_jacobian)
-        for k in range(index.shape[1]):
-            for a in range(dim):
-                total = 0.0
-                for b in range(dim):
-                    total += derivative[p, k, b] * inverse_jacobian[b, a]
-                grad_phi[p, k, a] = total
+        transform_rows(axes, derivative, p, inverse_jacobian, grad_phi)
     return -1
-
-
-@kernel
-def fill_parametric(axes, corners, xi, phi, derivative):
-    """`shape_functions` at the parametric coordinates of all points, shape (n, dim)."""
-    for p in range(xi.shape[0]):
-        shape_functions(axes, corners, xi[p], phi[p], derivative[p])
 
 
 class MovingCells(StoredBasis):
@@ -113,14 +103,18 @@ class MovingQuads(MovingCells):
     def __init__(self, box: Box, particles: int) -> None:
         super().__init__(box.points, particles, 2**box.dimension)
         self.box: Box | None = box  # until the nodes move
-        self.cells = _cell_nodes(box)
+        # nodes of each cell, shape (cells, 2^dim); corners are bits, the last axis lowest
+        numbers = np.arange(len(self.nodes)).reshape([n + 1 for n in box.cells])
+        self.cells = sliding_window_view(numbers, (2,) * box.dimension).reshape(
+            -1, 2**box.dimension
+        )
 
     def _attach(self, x: np.ndarray, stored: Stencils) -> np.ndarray:
         cell, xi = self._find(x)
         derivative = np.zeros_like(stored.grad_phi)
         stored.size[:] = stored.width
         stored.index[:] = self.cells[cell]
-        fill_parametric(self.axes, stored.width, xi, stored.phi, derivative)
+        shape_functions(self.axes, xi, stored.phi, derivative)
         return derivative
 
     def _find(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -154,29 +148,18 @@ class MovingQuads(MovingCells):
 def invert_map(axes, corners, point):
     """Parametric coordinates of `point` in the cell with these corners, shape (2^dim, dim)."""
     dim, n = len(axes), corners.shape[0]
-    xi = np.full(dim, 0.5)
-    phi, derivative = np.empty(n), np.empty((n, dim))
+    xi = np.full((1, dim), 0.5)
+    phi, derivative = np.empty((1, n)), np.empty((1, n, dim))
     jacobian, inverse_jacobian = np.empty((dim, dim)), np.empty((dim, dim))
     for _ in range(30):
-        shape_functions(axes, n, xi, phi, derivative)
-        residual = point - phi @ corners
-        jacobian[:] = corners.T @ derivative
+        shape_functions(axes, xi, phi, derivative)
+        residual = point - phi[0] @ corners
+        jacobian[:] = corners.T @ derivative[0]
         if determinant(axes, jacobian) == 0.0:
             break
         inverse(axes, jacobian, inverse_jacobian)
         step = inverse_jacobian @ residual
-        xi += step
+        xi[0] += step
         if np.abs(step).max() < 1e-15:
             break
-    return xi
-
-
-def _cell_nodes(box: Box) -> np.ndarray:
-    """Node numbers of each cell, shape (cells, 2^dim); corners are bits, the last axis lowest."""
-    shape = tuple(n + 1 for n in box.cells)
-    numbers = np.arange(int(np.prod(shape))).reshape(shape)
-    parts = []
-    for corner in np.ndindex(*(2,) * box.dimension):
-        cells = tuple(slice(c, c + n) for c, n in zip(corner, box.cells, strict=True))
-        parts.append(numbers[cells].ravel())
-    return np.stack(parts, axis=1)
+    return xi[0]

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mpmbench.core.bases.cells.quads import MovingCells
+from mpmbench.core.bases.grid.product import first_outside
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.errors import BadSetting, BrokeDown
 from mpmbench.core.geometry import Cloud
@@ -17,14 +18,7 @@ INSIDE = 1e-9  # barycentric coordinates above minus this count as inside
 
 
 class MovingSimplices(MovingCells):
-    """Linear functions on simplices that deform with their nodes.
-
-    Parameters
-    ----------
-    cloud : Cloud
-        With simplices.
-    particles : int
-    """
+    """Linear functions on simplices that deform with their nodes."""
 
     cell_name = "simplex"
 
@@ -37,7 +31,7 @@ class MovingSimplices(MovingCells):
         self.simplices[left_handed, -2:] = self.simplices[left_handed, :-3:-1]
 
     def _edges(self) -> np.ndarray:
-        """Edges from the first corner of each simplex, as columns, shape (S, dim, dim)."""
+        """Edges of the simplices as `SimplexSearch` takes them."""
         corners = self.nodes[self.simplices]
         return (corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
 
@@ -57,14 +51,7 @@ class MovingSimplices(MovingCells):
 class SimplexSearch:
     """Finds the simplices that points are in, first among those whose barycentres are near.
 
-    Parameters
-    ----------
-    nodes : ndarray
-        Positions [m], shape (N, dim).
-    simplices : ndarray of int
-        Shape (S, dim + 1).
-    edges : ndarray
-        From the first corner of each simplex, as columns [m], shape (S, dim, dim).
+    Their edges are columns, from the first corner [m], shape (S, dim, dim).
     """
 
     def __init__(self, nodes: np.ndarray, simplices: np.ndarray, edges: np.ndarray) -> None:
@@ -131,9 +118,8 @@ class FixedSimplices(MovingSimplices):
         stored.grad_phi[:, 0] = -inverse.sum(axis=1)
 
     def first_outside(self, x: np.ndarray) -> int:
-        """Number of the first point outside the bounding box of the nodes, -1 if there is none."""
-        outside = np.flatnonzero(~np.all((self._lower <= x) & (x <= self._upper), axis=1))
-        return int(outside[0]) if len(outside) else -1
+        """As any basis; outside is beyond the bounding box of the nodes."""
+        return int(first_outside(x, self._lower, self._upper))
 
     def move(self, displacement: np.ndarray) -> None:
         """Nothing to do: the nodes stay."""

@@ -36,7 +36,6 @@ class ElasticFluid(Material):
         return ElasticFluidLaw(float(self.bulk_modulus))
 
     def lame_parameters(self) -> tuple[float, float]:
-        """Bulk modulus and no shear modulus [Pa]."""
         return self.bulk_modulus, 0.0
 
 

@@ -1,6 +1,7 @@
 """Hencky elasticity: ``tau = lambda tr(e) I + 2 mu e`` with ``e = ln(b) / 2``."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from mpmbench.core.compiled import implements, kernel, matrix, vector
 from mpmbench.core.materials import energy_density, kirchhoff_stress
@@ -34,10 +35,7 @@ class HenckyElastic(IsotropicElastic):
     young_modulus: float = 1.0e6
     poisson_ratio: float = 0.3
     density: float = 1000.0
-
-    @property
-    def law(self) -> HenckyLaw:
-        return HenckyLaw(*self.lame_parameters())
+    constants: ClassVar[type[Lame]] = HenckyLaw
 
 
 @kernel

@@ -1,6 +1,7 @@
 """Neo-Hookean elasticity, ``J sigma = lambda ln J I + mu (b - I)`` (Wobbes 2020, Eq. 11)."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -24,9 +25,7 @@ class NeoHookean(IsotropicElastic):
     Missing dimensions are in plane strain; in 1D this is uniaxial strain.
     """
 
-    @property
-    def law(self) -> NeoHookeanLaw:
-        return NeoHookeanLaw(*self.lame_parameters())
+    constants: ClassVar[type[Lame]] = NeoHookeanLaw
 
 
 @implements(elastic_stress, NeoHookeanLaw)

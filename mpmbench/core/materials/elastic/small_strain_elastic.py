@@ -27,10 +27,7 @@ class SmallStrainElastic(IsotropicElastic):
     """Linear elasticity for small strains and rotations; not objective."""
 
     symmetric: ClassVar[bool] = False
-
-    @property
-    def law(self) -> SmallStrainLaw:
-        return SmallStrainLaw(*self.lame_parameters())
+    constants: ClassVar[type[Lame]] = SmallStrainLaw
 
 
 @implements(elastic_stress, SmallStrainLaw)

@@ -1,6 +1,7 @@
 """St. Venant-Kirchhoff elasticity: ``S = lambda tr(E) I + 2 mu E`` with Green-Lagrange strain."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from mpmbench.core.compiled import implements, matrix
 from mpmbench.core.compiled.algebra import multiply_transposed
@@ -22,9 +23,7 @@ class StVenantKirchhoff(IsotropicElastic):
     It loses stiffness in strong compression.
     """
 
-    @property
-    def law(self) -> StVenantKirchhoffLaw:
-        return StVenantKirchhoffLaw(*self.lame_parameters())
+    constants: ClassVar[type[Lame]] = StVenantKirchhoffLaw
 
 
 @implements(elastic_stress, StVenantKirchhoffLaw)

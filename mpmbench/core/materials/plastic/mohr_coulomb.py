@@ -146,8 +146,6 @@ def _return_map(law, trial, tau, moduli):
         _pull_back(D, A, B, 2, excess, tau, moduli)
         if tau[0] >= tau[2]:
             return COMPRESSION_EDGE if edge == 0 else EXTENSION_EDGE
-    for i in range(3):
-        tau[i] = law.strength / (k - 1.0)
-        for j in range(3):
-            moduli[i, j] = 0.0
+    tau[:] = law.strength / (k - 1.0)
+    moduli[:] = 0.0
     return APEX
