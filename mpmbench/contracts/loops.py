@@ -46,12 +46,8 @@ class MethodCase:
         dim, h, on_body = self.dimension, SPACING, self.choices.moving or self.choices.frozen
         block = Box((2 * h,) * dim, ((2 + cells) * h,) * dim, (cells,) * dim)
         domain = Box((0.0,) * dim, ((4 + cells) * h,) * dim, (4 + cells,) * dim)
-        constants = {
-            "young_modulus": 1e4,
-            "poisson_ratio": 0.3 if dim > 1 else 0.0,
-            "density": 10.0,
-        }
-        law = registry.get("material", self.material)(**constants)
+        material = registry.get("material", self.material)
+        law = material(young_modulus=1e4, poisson_ratio=0.3 if dim > 1 else 0.0, density=10.0)
         X, V0 = seed_cells(block, 3**dim)
         p = Particles.at_rest(X, V0, law.density, tracers=tracers)
         p.v[:] = velocity(p.X)

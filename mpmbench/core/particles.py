@@ -1,14 +1,13 @@
 """Particles (material points): plain arrays, and where they start."""
 
+from collections import namedtuple
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
 from mpmbench.core.errors import require, require_option
 from mpmbench.core.geometry import Box, tensor_points
 
-LAYOUTS = ("midpoint", "gauss")
 # Names that a run's result and snapshots have for themselves.
 RESULT_NAMES = (
     *("time", "x", "v", "F", "sigma", "V", "state"),
@@ -55,18 +54,8 @@ def particle_data(*owners: object) -> dict[str, ParticleData]:
     return found
 
 
-class ParticleArrays(NamedTuple):
-    """Arrays of `Particles`, as compiled loops take them."""
-
-    x: np.ndarray
-    v: np.ndarray
-    F: np.ndarray
-    L: np.ndarray
-    sigma: np.ndarray
-    V0: np.ndarray
-    V: np.ndarray
-    m: np.ndarray
-    state: np.ndarray
+# The arrays of `Particles` that are updated in every step, as compiled loops take them.
+ParticleArrays = namedtuple("ParticleArrays", "x v F L sigma V0 V m state")
 
 
 @dataclass
@@ -161,7 +150,6 @@ class Particles:
 
     @property
     def arrays(self) -> ParticleArrays:
-        """The arrays that are updated in every step."""
         return ParticleArrays(*(getattr(self, name) for name in ParticleArrays._fields))
 
     @property
@@ -229,7 +217,7 @@ def seed_cells(
     V0 : ndarray
         Volumes [m^dim], shape (P,).
     """
-    require_option("particle_layout", layout, LAYOUTS)
+    require_option("particle_layout", layout, ("midpoint", "gauss"))
     n = per_axis(particles_per_cell, box.dimension)
     if layout == "gauss":
         abscissae, weight = np.polynomial.legendre.leggauss(n)

@@ -27,17 +27,9 @@ def _first_outside(x, lower, upper, normals, offsets):
 
 
 class Hull:
-    """Half-spaces ``normals . x <= offsets`` around the nodes, and a box within for most points.
+    """Half-spaces ``normals . x <= offsets`` around nodes [m], shape (N, dim), that have a volume.
 
-    Parameters
-    ----------
-    nodes : ndarray
-        Positions [m], shape (N, dim).
-
-    Raises
-    ------
-    BrokeDown
-        When the nodes have no volume.
+    A box within holds most points.
     """
 
     def __init__(self, nodes: np.ndarray) -> None:

@@ -72,27 +72,15 @@ def jittered(
 def extruded(section: Cloud, levels: np.ndarray) -> Cloud:
     """Prisms over a triangulated cross-section, each split into three tetrahedra that fit together.
 
-    Parameters
-    ----------
-    section : Cloud
-        Nodes in the plane of x_2 and x_3, with triangles.
-    levels : ndarray
-        x_1 of the layers of nodes [m], ascending.
+    The section is in the plane of x_2 and x_3; `levels` are x_1 of layers of nodes [m], ascending.
     """
     assert section.simplices is not None
     count = len(section.nodes)
     nodes = np.concatenate([np.column_stack([np.full(count, x), section.nodes]) for x in levels])
-    a, b, c = np.sort(
-        section.simplices, axis=1
-    ).T  # by number: a shared face is cut along the same diagonal
-    top = count
-    prism = np.concatenate(
-        [
-            np.stack([a, b, c, c + top], axis=1),
-            np.stack([a, b, b + top, c + top], axis=1),
-            np.stack([a, a + top, b + top, c + top], axis=1),
-        ]
-    )
+    # by number: a shared face is cut along the same diagonal
+    prism = np.sort(section.simplices, axis=1)
+    prism = np.concatenate([prism, prism + count], axis=1)
+    prism = np.concatenate([prism[:, [0, 1, 2, 5]], prism[:, [0, 1, 4, 5]], prism[:, [0, 3, 4, 5]]])
     simplices = np.concatenate([prism + count * layer for layer in range(len(levels) - 1)])
     return Cloud(nodes, simplices, section.spacing)
 
@@ -105,11 +93,7 @@ def disc(radius: float) -> Cloud:
         angle = 2.0 * np.pi * (np.arange(count) + 0.5 * (ring % 2)) / count
         points.append(ring * spacing * np.column_stack([np.cos(angle), np.sin(angle)]))
     nodes = np.concatenate(points)
-    rim = nodes[-RINGS[-1] :]
-    area = 0.5 * abs(
-        float(np.sum(rim[:, 0] * np.roll(rim[:, 1], -1) - rim[:, 1] * np.roll(rim[:, 0], -1)))
-    )
-    return Cloud(nodes, triangulation(nodes, area), spacing)
+    return Cloud(nodes, triangulation(nodes, None), spacing)
 
 
 def nodal_volumes(cloud: Cloud) -> np.ndarray:
