@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mpmbench.core.bases import Promises, StoredBasis
+from mpmbench.core.bases import StoredBasis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.errors import BadSetting, BrokeDown
 
@@ -24,25 +24,13 @@ STRICT_ROUNDS = 8
 
 
 class Clouds(NamedTuple):
-    """The nodes near each of n points.
+    """The nodes near each of n points."""
 
-    Attributes
-    ----------
-    nodes, x : ndarray
-        Positions of all nodes and of the points [m], shapes (N, dim) and (n, dim).
-    near : ndarray of int
-        Numbers of the nearest nodes in the order of their distance, shape (n, K).
-    size : ndarray of int
-        How many of them are in the cloud, shape (n,).
-    radius : ndarray
-        Radius of the cloud [m], shape (n,).
-    """
-
-    nodes: np.ndarray
-    x: np.ndarray
-    near: np.ndarray
-    size: np.ndarray
-    radius: np.ndarray
+    nodes: np.ndarray  # positions of all nodes [m], shape (N, dim)
+    x: np.ndarray  # those of the points [m], shape (n, dim)
+    near: np.ndarray  # numbers of the nearest nodes by their distance, shape (n, K)
+    size: np.ndarray  # how many of them are in the cloud, shape (n,)
+    radius: np.ndarray  # of the cloud [m], shape (n,)
 
 
 # fill(clouds, points, strict, stored, failed) evaluates the functions of some points, and marks
@@ -51,21 +39,7 @@ Fill = Callable[[Clouds, np.ndarray, bool, Stencils, np.ndarray], None]
 
 
 class CloudBasis(StoredBasis):
-    """Functions of the nearest nodes of each point.
-
-    Parameters
-    ----------
-    nodes : ndarray
-        Positions [m], shape (N, dim); copied.
-    particles : int
-        Number of particles that `locate` is called for.
-    radius : float
-        Search radius R [m].
-    minimum_nodes : int
-        Least number of nodes in a cloud.
-    fill : callable
-        Evaluates the functions of some points, and says which have failed.
-    promises : Promises
+    """Functions of the nodes closer to a point than `radius` [m], but of at least `minimum_nodes`.
 
     Attributes
     ----------
@@ -80,13 +54,12 @@ class CloudBasis(StoredBasis):
         radius: float,
         minimum_nodes: int,
         fill: Fill,
-        promises: Promises,
     ) -> None:
         self.nodes = np.array(nodes, dtype=float)
         least = max(minimum_nodes, self.nodes.shape[1] + 1)
         if len(self.nodes) < least:
             raise BadSetting("nodes", len(self.nodes), f"at least {least} nodes")
-        self.promises, self.radius, self.minimum_nodes = promises, radius, minimum_nodes
+        self.radius, self.minimum_nodes = radius, minimum_nodes
         self._fill_points = fill
         self._tree = cKDTree(self.nodes)
         self._width = min(len(self.nodes), max(minimum_nodes, 2 * self.nodes.shape[1]) + SPARE)
@@ -94,12 +67,9 @@ class CloudBasis(StoredBasis):
         self.repaired = 0
 
     def move(self, displacement: np.ndarray) -> None:
-        """Move the nodes; neighbours are found again at the next `locate`."""
         self.nodes += displacement
-        if not np.isfinite(self.nodes).all():
-            raise BrokeDown(
-                f"node {int(np.argmin(np.isfinite(self.nodes).all(axis=1)))} has no finite position"
-            )
+        if (lost := self.first_outside(self.nodes)) >= 0:
+            raise BrokeDown(f"node {lost} has no finite position")
         self._tree = cKDTree(self.nodes)
 
     def _fill(self, x: np.ndarray, stored: Stencils) -> Stencils:
@@ -124,9 +94,11 @@ class CloudBasis(StoredBasis):
             if most > distance.shape[1]:
                 self._width = min(len(self.nodes), most + SPARE)
                 distance, near = self._nearest(x)
-            if most > stored.index.shape[1]:
-                stored = _widened(stored, most + SPARE)
-            radius[points] = self._radii(distance[points], count[points])
+            if most > stored.width:
+                stored = _widened(stored, most + SPARE - stored.width)
+            # the search radius, or more around the nodes that are needed
+            farthest = np.take_along_axis(distance[points], count[points, None] - 1, axis=1)[:, 0]
+            radius[points] = np.where(farthest < self.radius, self.radius, BEYOND_LAST * farthest)
             failed = np.zeros(len(x), dtype=np.bool_)
             # with all nodes in a cloud there is nothing to take in
             strict = rounds < STRICT_ROUNDS and most < len(self.nodes)
@@ -147,17 +119,11 @@ class CloudBasis(StoredBasis):
                 return distance, near
             self._width = min(len(self.nodes), int(1.5 * self._width) + 1)
 
-    def _radii(self, distance: np.ndarray, count: np.ndarray) -> np.ndarray:
-        """Radius of each cloud [m]: the search radius, or more around the nodes it needs."""
-        farthest = np.take_along_axis(distance, count[:, None] - 1, axis=1)[:, 0]
-        return np.where(farthest < self.radius, self.radius, BEYOND_LAST * farthest)
 
-
-def _widened(stored: Stencils, width: int) -> Stencils:
+def _widened(stored: Stencils, more: int) -> Stencils:
     """The same functions with room for more nodes per point."""
-    wider = Stencils.empty(len(stored.size), width, stored.grad_phi.shape[2])
-    old = stored.index.shape[1]
-    wider.size[:] = stored.size
-    wider.index[:, :old], wider.phi[:, :old] = stored.index, stored.phi
-    wider.grad_phi[:, :old] = stored.grad_phi
-    return wider
+    room = [(0, 0), (0, more), (0, 0)]
+    index, phi, grad_phi = (
+        np.pad(part, room[: part.ndim]) for part in (stored.index, stored.phi, stored.grad_phi)
+    )
+    return stored._replace(index=index, phi=phi, grad_phi=grad_phi)

@@ -24,13 +24,6 @@ from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 
-PROMISES = Promises(
-    non_negative=False,
-    extrapolates=True,
-    kronecker="none",
-    continuous_gradient=True,
-    gradient_on_hull=True,
-)
 DIRECT_RADIUS = math.sqrt(2.0) * (1.0 + 1e-6)  # in nodal spacings, on regular nodes
 SMALLEST_PIVOT = 1e-10  # of M, scaled to a unit diagonal: below it the cloud takes in another node
 # Of |N_I|: more has a point outside the nodes that carry weight; its cloud takes in another node.
@@ -78,18 +71,13 @@ class MovingLeastSquares(BasisSettings):
     minimum_nodes: int = setting(
         0, "least number of nodes of a cloud; 0: number of polynomials", unit="-", least=0, most=100
     )
-    promises: ClassVar[Promises] = PROMISES
+    promises: ClassVar[Promises] = Promises(non_negative=False, extrapolates=True)
 
     def check(self, choices: Choices, touches_fixed_nodes: bool) -> None:
         """Refuse to hold single nodes where functions of their neighbours do not vanish.
 
         Where the fixed nodes are no part of the body (`touches_fixed_nodes`), nothing else can be
         held.
-
-        Raises
-        ------
-        NotApplicable
-            With the reason.
         """
         if (
             not touches_fixed_nodes
@@ -103,17 +91,15 @@ class MovingLeastSquares(BasisSettings):
             )
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> CloudBasis:
-        """The basis on the nodes of `geometry`, with room for `particles` particles."""
         h = self.spacing or geometry.nodal_spacing
         radius = self.radius or self.relative_radius * h
         if radius <= h:
             raise BadSetting("radius", self.radius, f"more than the nodal spacing of {h:.6g} m")
-        dimension = geometry.dimension
-        nodes = geometry.points
-        polynomials = math.comb(dimension + self.degree, self.degree)
+        polynomials = math.comb(geometry.dimension + self.degree, self.degree)
         recipe = Recipe(self.degree, polynomials, WEIGHTS[self.weight], self.effective_radius)
         least = max(self.minimum_nodes, polynomials)
-        return CloudBasis(nodes, particles, radius, least, partial(fill_points, recipe), PROMISES)
+        fill = partial(fill_points, recipe)
+        return CloudBasis(geometry.points, particles, radius, least, fill)
 
 
 @kernel
@@ -141,10 +127,7 @@ def weigh(kind, effective, q):
 
 @kernel
 def polynomials_at(degree, xi, P, dP):
-    """Monomials up to the degree at xi, shape (dim,).
-
-    Values go to P, shape (m,), derivatives to dP, shape (m, dim).
-    """
+    """Monomials up to the degree at xi, to P, shape (m,), and derivatives to dP, shape (m, dim)."""
     dim = xi.shape[0]
     P[0] = 1.0
     dP[:] = 0.0

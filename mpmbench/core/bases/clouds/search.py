@@ -13,26 +13,14 @@ from mpmbench.core.compiled import lean
 
 
 class Buckets(NamedTuple):
-    """Cells over the bounding box of the nodes; unused axes have one cell.
+    """Cells over the bounding box of the nodes; unused axes have one cell."""
 
-    Attributes
-    ----------
-    cells : ndarray of int
-        Number of cells along each axis, shape (3,).
-    lower, size, inverse_size : ndarray
-        Corner of the first cell [m], edges of a cell [m] and one over them [1/m], shape (3,).
-    first : ndarray of int
-        Cell c owns ``entry[first[c] : first[c + 1]]``, shape (number of cells + 1,).
-    entry : ndarray of int
-        Node numbers, ascending in every cell.
-    """
-
-    cells: np.ndarray
-    lower: np.ndarray
-    size: np.ndarray
-    inverse_size: np.ndarray
-    first: np.ndarray
-    entry: np.ndarray
+    cells: np.ndarray  # number of cells along each axis, shape (3,)
+    lower: np.ndarray  # corner of the first cell [m], shape (3,)
+    size: np.ndarray  # edges of a cell [m], shape (3,)
+    inverse_size: np.ndarray  # one over them [1/m]
+    first: np.ndarray  # cell c owns ``entry[first[c] : first[c + 1]]``
+    entry: np.ndarray  # node numbers, ascending in every cell
 
 
 @lean
@@ -92,18 +80,8 @@ def _visit(buckets, nodes, support, low, high, gap, write):
 def fill_buckets(buckets: Buckets, nodes: np.ndarray, support: np.ndarray) -> Buckets:
     """List again which supports reach which cells, after nodes or supports have changed.
 
-    Parameters
-    ----------
-    buckets : Buckets
-        Filled in place; its number of cells stays, their size follows the bounding box of the
-        nodes.
-    nodes, support : ndarray
-        Positions [m], shape (N, dim), and radii of the supports [m], shape (N,).
-
-    Returns
-    -------
-    Buckets
-        The same one, or one with longer lists where they no longer fit.
+    The number of cells stays, their size follows the bounding box of the nodes. Everything is
+    written in place, unless longer lists are needed.
     """
     dimension = nodes.shape[1]
     buckets.lower[:dimension] = nodes.min(axis=0)

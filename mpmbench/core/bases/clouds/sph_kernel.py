@@ -43,7 +43,6 @@ class SmoothedKernel(BasisSettings):
     )
 
     def check(self, choices: Choices, touches_fixed_nodes: bool) -> None:
-        """Refuse Galerkin methods, whose functions must reproduce constants."""
         if not choices.particles_are_nodes:
             raise NotApplicable(
                 f"basis=sph_kernel is for method=sph: it reproduces no constants, as method="
@@ -51,12 +50,10 @@ class SmoothedKernel(BasisSettings):
             )
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> "KernelBasis":
-        """The basis on the nodes of `geometry`, with room for `particles` particles."""
-        nodes = geometry.points
         spacing = geometry.nodal_spacing
         radius = REACH * self.smoothing_length * spacing
         fill = partial(fill_points, radius, spacing**geometry.dimension)
-        return KernelBasis(nodes, particles, radius, 1, fill, self.promises)
+        return KernelBasis(geometry.points, particles, radius, 1, fill)
 
 
 class KernelBasis(CloudBasis):

@@ -1,11 +1,13 @@
 """The basis object behind `maxent` and `lme`: nodes, supports, search and stored functions."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mpmbench.core.bases import Basis, Promises
+from mpmbench.core.bases import Basis, BasisSettings, Promises
 from mpmbench.core.bases.clouds.search import fill_buckets, make_buckets
 from mpmbench.core.bases.entropy.consistent import ConsistentGradients
 from mpmbench.core.bases.entropy.locality import Metric, NodeCloud, clip, convect, make_work
@@ -17,6 +19,7 @@ from mpmbench.core.compiled import threads
 from mpmbench.core.errors import BadSetting, BrokeDown, NotConverged
 from mpmbench.core.geometry.hull import Hull
 from mpmbench.core.particles import Particles
+from mpmbench.core.setting import setting
 
 PROMISES = Promises(kronecker="hull", gradient_on_hull=False)
 # Of a search radius whose nodes do not surround their point.
@@ -24,36 +27,43 @@ LARGEST_ENLARGEMENT = 2.0
 ENLARGEMENT = 1.15  # at each attempt
 
 
+@dataclass(frozen=True, kw_only=True)
+class EntropySettings(BasisSettings):
+    """What can be said about all functions of maximum entropy."""
+
+    tolerance: float = setting(
+        1e-12,
+        "largest residual of linear completeness, in nodal spacings",
+        unit="-",
+        least=1e-13,
+        most=1e-4,
+    )
+    search: str = setting(
+        "local",
+        "for neighbours in cells, or at all nodes for every point (same functions)",
+        options=("local", "all"),
+    )
+    promises: ClassVar[Promises] = PROMISES
+
+
 class EntropyBasis(Basis):
-    """Maximum-entropy functions with a radial prior on a set of nodes (fulfils `Basis`).
+    """Maximum-entropy functions with a radial prior on a set of nodes.
 
     Parameters
     ----------
-    nodes : ndarray
-        Positions [m], shape (N, dim); copied.
-    particles : int
-        Number of particles that `locate` is called for.
     supports : callable
         Radii of the supports [m], shape (N,), of nodes at given positions; called again after each
         move.
-    form : Formulation
-        Prior and tolerances.
     local : bool
         Search in cells; otherwise every point looks at all nodes (same functions, same bits).
     locality : {"fixed", "volume", "convected"}
         Plain distances, or those before a particle's change of volume, or before its deformation.
-    stretch_limit : float
-        Of the convected metric.
-    consistent : ConsistentGradients, optional
-        Correction of the gradients at the particles.
 
     Attributes
     ----------
     iterations : ndarray of int
         Newton steps of the last `locate`, shape (particles,).
     """
-
-    promises = PROMISES
 
     def __init__(
         self,
@@ -84,26 +94,21 @@ class EntropyBasis(Basis):
         )
         self.handle = Stencils.empty(particles, 1, dimension)
         self.iterations = np.zeros(particles, dtype=np.int64)
-        self.totals = {"points": 0, "steps": 0, "most_steps": 0, "enlarged": 0}
+        self._points = self._steps = self._most_steps = self._enlarged = 0  # of the whole run
         self._hull: Hull | None = None
         self._particles: Particles | None = None
 
     def follow(self, particles: Particles) -> None:
-        """Take the metric from the deformation gradients of these particles from now on."""
         self._particles = particles
         solid = particles.material  # tracers are not strained: theirs is the nearest one's
         self._nearest = np.asarray(cKDTree(particles.X[solid]).query(particles.X[solid.stop :])[1])
 
     def evaluate(self, x: np.ndarray) -> Stencils:
-        """Values and gradients at any points `x` [m], shape (n, dim), in arrays of their own.
-
-        Where locality follows the deformation, that of the nearest particle.
-        """
+        """As any basis; where locality follows the deformation, that of the nearest particle."""
         stored = Stencils.empty(len(x), 1, self.nodes.shape[1])
         return self._fill(self._cloud_at(x), x, stored, np.zeros(len(x), dtype=np.int64))
 
     def locate(self, x: np.ndarray) -> None:
-        """Store the functions of the particles in `handle`, a wider one when they no longer fit."""
         if self.locality != "fixed" and self._particles is not None:
             self._measure(self._particles.F, self.cloud.metric)
             for values in self.cloud.metric:
@@ -111,11 +116,10 @@ class EntropyBasis(Basis):
         self.handle = self._fill(self.cloud, x, self.handle, self.iterations)
         if self.consistent is not None and self._particles is not None:
             self.consistent.correct(self.nodes, x, self._particles.V, self.handle)
-        totals = self.totals
-        totals["points"] += len(x)
-        totals["steps"] += int(self.iterations.sum())
-        totals["most_steps"] = max(totals["most_steps"], int(self.iterations.max(initial=0)))
-        totals["enlarged"] += int(np.count_nonzero(self.cloud.metric.growth > 1.0))
+        self._points += len(x)
+        self._steps += int(self.iterations.sum())
+        self._most_steps = max(self._most_steps, int(self.iterations.max(initial=0)))
+        self._enlarged += int(np.count_nonzero(self.cloud.metric.growth > 1.0))
 
     def newton_steps(self, x: np.ndarray) -> np.ndarray:
         """Newton steps at each point until the residual meets the tolerance; -1 where they fail."""
@@ -125,31 +129,21 @@ class EntropyBasis(Basis):
         return steps
 
     def statistics(self) -> dict[str, tuple[float, str, str]]:
-        """What the search and the iteration did in a run: name -> (value, unit, long name)."""
-        points = self.totals["points"]
-        if points == 0:
+        if self._points == 0:
             return {}
+        mean, width = self._steps / self._points, float(self.handle.size.mean())
         return {
-            "newton_steps_mean": (
-                self.totals["steps"] / points,
-                "1",
-                "Newton steps per point for the multipliers, mean",
-            ),
-            "newton_steps_max": (self.totals["most_steps"], "1", "most Newton steps at one point"),
+            "newton_steps_mean": (mean, "1", "Newton steps per point for the multipliers, mean"),
+            "newton_steps_max": (self._most_steps, "1", "most Newton steps at one point"),
             "enlarged_points": (
-                self.totals["enlarged"],
+                self._enlarged,
                 "1",
                 "times that a point's search radius had to grow",
             ),
-            "neighbours_mean": (
-                float(self.handle.size.mean()),
-                "1",
-                "functions per particle in the last step, mean",
-            ),
+            "neighbours_mean": (width, "1", "functions per particle in the last step, mean"),
         }
 
     def first_outside(self, x: np.ndarray) -> int:
-        """Number of the first point outside the hull of the nodes, -1 when all are inside."""
         if self._hull is None:
             self._hull = Hull(self.nodes)
         return self._hull.first_outside(x)
@@ -157,17 +151,13 @@ class EntropyBasis(Basis):
     def move(self, displacement: np.ndarray) -> None:
         """Move the nodes; supports and neighbours are found again."""
         self.nodes += displacement
-        if not np.isfinite(self.nodes).all():
-            raise BrokeDown(
-                f"node {int(np.argmin(np.isfinite(self.nodes).all(axis=1)))} has no finite position"
-            )
+        if (lost := super().first_outside(self.nodes)) >= 0:
+            raise BrokeDown(f"node {lost} has no finite position")
         support = self._supports(self.nodes)
-        self.cloud.square[:] = support**2
-        self.cloud.inverse_square[:] = support**-2
+        self.cloud.square[:], self.cloud.inverse_square[:] = support**2, support**-2
         reach = support * (self.locality == "fixed")
-        self.cloud = self.cloud._replace(
-            buckets=fill_buckets(self.cloud.buckets, self.nodes, reach)
-        )
+        buckets = fill_buckets(self.cloud.buckets, self.nodes, reach)
+        self.cloud = self.cloud._replace(buckets=buckets)
         self._hull = None
 
     def _measure(self, F: np.ndarray, metric: Metric) -> None:
@@ -216,16 +206,11 @@ class EntropyBasis(Basis):
             return stored
         status, p, found = failed[0]
         where = f"point {p} at {np.array2string(x[p], precision=6)}"
+        if status == STALLED:
+            raise NotConverged(
+                f"max-ent multipliers: no solution after {iterations[p]} Newton steps for {where}"
+            )
+        reason = f"the {found} nodes whose supports cover {where} lie on a line or plane"
         if status == OUTSIDE:
-            raise BrokeDown(
-                f"lost basis: {where} is outside the hull of the {found} nodes whose supports "
-                "cover it"
-            )
-        if status == FLAT:
-            raise BrokeDown(
-                f"lost basis: the {found} nodes whose supports cover {where} lie on a line or plane"
-            )
-        assert status == STALLED
-        raise NotConverged(
-            f"max-ent multipliers: no solution after {iterations[p]} Newton steps for {where}"
-        )
+            reason = f"{where} is outside the hull of the {found} nodes whose supports cover it"
+        raise BrokeDown(f"lost basis: {reason}")

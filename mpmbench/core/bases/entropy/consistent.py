@@ -13,9 +13,9 @@ import numpy as np
 
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import lean, matrix, vector
-from mpmbench.core.compiled.algebra import inverse
+from mpmbench.core.compiled.algebra import inverse, multiply
 from mpmbench.core.errors import NotConverged
-from mpmbench.core.geometry import Box, Geometry
+from mpmbench.core.geometry import Cloud, Geometry
 from mpmbench.core.geometry.triangulate import triangulation
 
 TOLERANCE = 1e-6  # of the sums over particles, relative to the sums of absolute values
@@ -23,43 +23,23 @@ MOST_ITERATIONS = 2000
 
 
 class ConsistentGradients:
-    """The correction for one set of nodes, whose boundary is that of a triangulation.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        With simplices, or a convex body.
-    """
+    """The correction for nodes with simplices, or of a convex body, whose boundary is known then."""
 
     def __init__(self, geometry: Geometry) -> None:
         nodes = geometry.points
-        if isinstance(geometry, Box):
-            sides = np.array(geometry.upper) - np.array(geometry.lower)
-            simplices = triangulation(nodes, float(np.prod(sides)))
-        elif geometry.simplices is not None:
-            simplices = geometry.simplices
-        else:
+        simplices = geometry.simplices if isinstance(geometry, Cloud) else None
+        if simplices is None:
             simplices = triangulation(nodes, None)
         self.faces, self.opposite = boundary_faces(simplices)
         # the last two solutions
         self._mu, self._before = np.zeros_like(nodes), np.zeros_like(nodes)
-        self.iterations = 0
 
     def correct(self, nodes: np.ndarray, x: np.ndarray, V: np.ndarray, phi: Stencils) -> None:
-        """Change the gradients of particles at x, shape (P, dim), with volumes V [m^dim].
-
-        Those of particles without volume stay.
-
-        Raises
-        ------
-        NotConverged
-        """
+        """Change the gradients of particles at x, shape (P, dim), that have a volume V [m^dim]."""
         flux = self._flux(nodes)  # over a boundary that encloses as much as the particles fill
         flux *= V.sum() * nodes.shape[1] / float(np.vdot(nodes, flux))
-        total, scale = np.zeros_like(nodes), np.zeros(len(nodes))
-        gradient_sums(phi, V, total, scale)
-        diagonal = np.zeros(len(nodes))
-        weights(phi, V, diagonal)
+        total, scale, diagonal = np.zeros_like(nodes), np.zeros(len(nodes)), np.zeros(len(nodes))
+        gradient_sums(phi, V, total, scale, diagonal)
         diagonal = np.where(diagonal > 0.0, 1.0 / np.maximum(diagonal, 1e-300), 0.0)[:, None]
         goal = TOLERANCE * float(scale.max())
 
@@ -73,13 +53,11 @@ class ConsistentGradients:
         r = flux - total - product(mu)
         z = diagonal * r
         s, rz = z.copy(), float(np.vdot(r, z))
-        self.iterations = 0
+        iterations = 0
         while np.abs(r).max() > goal:
-            if self.iterations == MOST_ITERATIONS:
-                raise NotConverged(
-                    f"consistent gradients: {MOST_ITERATIONS} iterations do not suffice"
-                )
-            self.iterations += 1
+            if iterations == MOST_ITERATIONS:
+                raise NotConverged(f"consistent gradients: {iterations} iterations do not suffice")
+            iterations += 1
             As = product(s)
             alpha = rz / float(np.vdot(s, As))
             mu += alpha * s
@@ -113,32 +91,27 @@ def boundary_faces(simplices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     corners = simplices.shape[1]
     faces = np.concatenate([np.delete(simplices, k, axis=1) for k in range(corners)])
     opposite = np.concatenate([simplices[:, k] for k in range(corners)])
-    _, first, count = np.unique(
+    _, first, times = np.unique(
         np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
     )
-    alone = first[count == 1]
+    alone = first[times == 1]
     return faces[alone], opposite[alone]
 
 
 @lean
-def gradient_sums(stored, V, total, scale):
-    """``sum_p V_p grad phi_i`` and ``sum_p V_p |grad phi_i|``."""
+def gradient_sums(stored, V, total, scale, diagonal):
+    """``sum_p V_p grad phi_i``, ``sum_p V_p |grad phi_i|``, and about the diagonal of the system.
+
+    That is ``sum_p V_p phi_i (1 - phi_i)``.
+    """
     for p in range(V.shape[0]):
         for k in range(stored.size[p]):
-            i, square = stored.index[p, k], 0.0
+            i, phi, square = stored.index[p, k], stored.phi[p, k], 0.0
             for d in range(len(stored.axes)):
                 total[i, d] += V[p] * stored.grad_phi[p, k, d]
                 square += stored.grad_phi[p, k, d] ** 2
             scale[i] += V[p] * math.sqrt(square)
-
-
-@lean
-def weights(stored, V, total):
-    """``sum_p V_p phi_i (1 - phi_i)``: about the diagonal of the system."""
-    for p in range(V.shape[0]):
-        for k in range(stored.size[p]):
-            phi = stored.phi[p, k]
-            total[stored.index[p, k]] += V[p] * phi * (1.0 - phi)
+            diagonal[i] += V[p] * phi * (1.0 - phi)
 
 
 @lean
@@ -156,10 +129,9 @@ def corrections(stored, nodes, x, V, mu, total, apply):
     for p in range(V.shape[0]):
         if V[p] == 0.0:
             continue
-        for d in range(dim):
-            m[d] = 0.0
-            for e in range(dim):
-                moment[d, e], H[d, e] = 0.0, 0.0
+        m[:] = 0.0
+        moment[:] = 0.0
+        H[:] = 0.0
         for k in range(size[p]):
             i = index[p, k]
             for d in range(dim):
@@ -170,11 +142,7 @@ def corrections(stored, nodes, x, V, mu, total, apply):
                     moment[d, e] += phi[p, k] * mu[i, d] * y[e]
                     H[d, e] += phi[p, k] * y[d] * y[e]
         inverse(axes, H, inverse_H)
-        for d in range(dim):
-            for e in range(dim):
-                slope[d, e] = 0.0
-                for c in range(dim):
-                    slope[d, e] += moment[d, c] * inverse_H[c, e]
+        multiply(axes, moment, inverse_H, slope)
         for k in range(size[p]):
             i = index[p, k]
             for d in range(dim):

@@ -1,15 +1,13 @@
 """Local maximum-entropy functions with a Gaussian (Arroyo and Ortiz 2006; Li 2009, section 2.3)."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar
 
 import numpy as np
 
-from mpmbench.core.bases import BasisSettings, Promises
 from mpmbench.core.bases.clouds.cloud import CloudBasis
-from mpmbench.core.bases.entropy.basis import PROMISES, EntropyBasis
+from mpmbench.core.bases.entropy.basis import EntropyBasis, EntropySettings
 from mpmbench.core.bases.entropy.consistent import ConsistentGradients
 from mpmbench.core.bases.entropy.points import fill_points
 from mpmbench.core.bases.entropy.priors import CUT_GAUSSIAN, Formulation
@@ -20,14 +18,12 @@ from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 
-# Values jump when a node enters or leaves a cloud whose Gaussian is cut off, by exp(-beta R^2).
-CUT_PROMISES = replace(PROMISES, continuous_gradient=False)
 SMALLEST_RADIUS = 2.5  # in nodal spacings: fewer nodes may fail to surround a point
 
 
 @register("basis", "lme")
 @dataclass(frozen=True)
-class LocalMaxEnt(BasisSettings):
+class LocalMaxEnt(EntropySettings):
     """Local maximum-entropy functions on any set of nodes, Arroyo and Ortiz 2006.
 
     The priors are exp(-beta |x - x_i|^2) with beta = gamma / h^2. A point whose nodes do not suffice or
@@ -68,18 +64,6 @@ class LocalMaxEnt(BasisSettings):
     cutoff: float = setting(
         1e-6, "value of the Gaussian at the automatic radius", unit="-", least=1e-15, most=1e-6
     )
-    tolerance: float = setting(
-        1e-12,
-        "largest residual of linear completeness, in nodal spacings",
-        unit="-",
-        least=1e-13,
-        most=1e-4,
-    )
-    search: str = setting(
-        "local",
-        "for neighbours in cells, or at all nodes for every point (same functions)",
-        options=("local", "all"),
-    )
     line_search: bool = setting(True, "safeguard Newton's method")
     locality: str = setting(
         "fixed",
@@ -97,7 +81,6 @@ class LocalMaxEnt(BasisSettings):
         "derivatives, or corrected so that the particles integrate them exactly",
         options=("exact", "consistent"),
     )
-    promises: ClassVar[Promises] = PROMISES
 
     def check_together(self) -> None:
         relative = self.relative_radius
@@ -112,7 +95,7 @@ class LocalMaxEnt(BasisSettings):
             require(self.gradient == "exact", "gradient", self.gradient, "exact, as rim is cut,")
 
     def check(self, choices: Choices, touches_fixed_nodes: bool) -> None:
-        """Refuse corrected gradients where particles do not fill the space between nodes."""
+        """Corrected gradients are for particles that fill the space between nodes."""
         if self.gradient == "consistent" and not (choices.moving and not choices.frozen):
             raise NotApplicable(
                 "basis.gradient=consistent needs nodes that move with the material and updated "
@@ -120,7 +103,6 @@ class LocalMaxEnt(BasisSettings):
             )
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> EntropyBasis | CloudBasis:
-        """The basis on the nodes of `geometry`, with room for `particles` particles."""
         h = self.spacing or geometry.nodal_spacing
         automatic = h * max(math.sqrt(-math.log(self.cutoff) / self.gamma), SMALLEST_RADIUS)
         radius = self.relative_radius * h or self.radius or automatic
@@ -137,7 +119,7 @@ class LocalMaxEnt(BasisSettings):
         )
         if self.rim == "cut":
             fill = partial(fill_points, form, radius)
-            return CloudBasis(nodes, particles, radius, nodes.shape[1] + 1, fill, CUT_PROMISES)
+            return CloudBasis(nodes, particles, radius, nodes.shape[1] + 1, fill)
         return EntropyBasis(
             nodes,
             particles,

@@ -14,28 +14,17 @@ import numpy as np
 
 from mpmbench.core.bases.clouds.search import Buckets, cell_along, cell_of
 from mpmbench.core.bases.entropy.priors import Formulation
-from mpmbench.core.compiled import kernel, lean, matrix
+from mpmbench.core.compiled import kernel, lean, matrix, vector
 from mpmbench.core.compiled.algebra import determinant, inverse
 from mpmbench.core.compiled.exponentials import whole_lanes
 
 
 class Metric(NamedTuple):
-    """What search and functions need of n points; of none where distances are plain.
+    """What search and functions need of n points; of none where distances are plain."""
 
-    Attributes
-    ----------
-    pull : ndarray
-        S^-1 (dimensionless), shape (n, dim, dim).
-    half : ndarray
-        Half the extent of the ellipsoid ``|xi| < 1`` along each axis: lengths of the rows of S,
-        shape (n, dim).
-    growth : ndarray
-        Factor by which the search radius of a point has been enlarged, shape (n,).
-    """
-
-    pull: np.ndarray
-    half: np.ndarray
-    growth: np.ndarray
+    pull: np.ndarray  # S^-1, shape (n, dim, dim)
+    half: np.ndarray  # half the extent of ``|xi| < 1`` along each axis, shape (n, dim)
+    growth: np.ndarray  # factor by which a point's search radius has been enlarged, shape (n,)
 
     @classmethod
     def identity(cls, points: int, dimension: int) -> "Metric":
@@ -48,53 +37,29 @@ class Metric(NamedTuple):
 
 
 class NodeCloud(NamedTuple):
-    """Nodes and their supports.
-
-    Attributes
-    ----------
-    form : Formulation
-        The functions that they have.
-    nodes : ndarray
-        Positions [m], shape (N, dim).
-    square, inverse_square : ndarray
-        Squares of the radii of the supports d_i [m2] and one over them [1/m2], shape (N,).
-    buckets : Buckets
-        Which supports reach which cells.
-    metric : Metric
-        Of the points, where locality follows the deformation.
-    """
+    """Nodes, the functions that they have, and their supports."""
 
     form: Formulation
-    nodes: np.ndarray
-    square: np.ndarray
-    inverse_square: np.ndarray
-    buckets: Buckets
-    metric: Metric
+    nodes: np.ndarray  # positions [m], shape (N, dim)
+    square: np.ndarray  # d_i^2, of the radii of the supports [m2], shape (N,)
+    inverse_square: np.ndarray  # 1 / d_i^2 [1/m2], shape (N,)
+    buckets: Buckets  # which supports reach which cells
+    metric: Metric  # of the points, where locality follows the deformation
 
 
 class Work(NamedTuple):
-    """Working memory for one point; rows are padded with zeros to a multiple of LANES.
+    """Working memory for one point; rows are padded with zeros to a multiple of LANES."""
 
-    Attributes
-    ----------
-    offset, distance : ndarray
-        x_i - x and its square for all candidates, shapes (dim, K) and (K,).
-    number, inverse_square, rr, dx : ndarray
-        Node numbers, 1/d_i^2, (|x_i - x| / d_i)^2 and x_i - x of the nodes whose supports cover the
-        point.
-    w, g, e : ndarray
-        Priors, their slopes, and exp(-lambda . dx_i) of the same nodes, shape (K,).
-    """
-
-    offset: np.ndarray
-    distance: np.ndarray
+    offset: np.ndarray  # x_i - x of all candidates, shape (dim, K)
+    distance: np.ndarray  # its square, shape (K,)
+    # Of the nodes whose supports cover the point:
     number: np.ndarray
-    inverse_square: np.ndarray
-    rr: np.ndarray
-    dx: np.ndarray
-    w: np.ndarray
-    g: np.ndarray
-    e: np.ndarray
+    inverse_square: np.ndarray  # 1 / d_i^2
+    rr: np.ndarray  # (|x_i - x| / d_i)^2
+    dx: np.ndarray  # x_i - x, shape (dim, K)
+    w: np.ndarray  # priors
+    g: np.ndarray  # their slopes
+    e: np.ndarray  # exp(-lambda . dx_i)
 
 
 @kernel
@@ -135,10 +100,7 @@ def pad(axes, found, work):
 
 @kernel
 def convect(axes, F, volume, metric):
-    """Fill `metric` from deformation gradients F, shape (n, dim, dim).
-
-    With `volume` true S is ``J^(1/dim) I``.
-    """
+    """Fill `metric` with S = F, shape (n, dim, dim), or with ``S = J^(1/dim) I`` by `volume`."""
     pull = matrix(axes, axes)
     for p in range(F.shape[0]):
         metric.growth[p] = 1.0
@@ -159,10 +121,7 @@ def convect(axes, F, volume, metric):
 
 
 def clip(F: np.ndarray, limit: float, metric: Metric) -> None:
-    """Keep the stretches of S between 1/limit and limit, where those of F exceed it.
-
-    ``|S^-1 dx|^2 = dx . B^-1 dx`` depends on ``B = S S^T`` only, so that S may be taken symmetric.
-    """
+    """Keep the stretches of S, taken symmetric, between 1/limit and limit, as those of F exceed it."""
     norm = np.sqrt(np.sum(F**2, axis=(1, 2)))
     inverse_norm = np.sqrt(np.sum(metric.pull**2, axis=(1, 2)))
     suspect = np.flatnonzero((norm > limit) | (inverse_norm > limit))
@@ -176,11 +135,7 @@ def clip(F: np.ndarray, limit: float, metric: Metric) -> None:
 
 @lean
 def gather(cloud, x, p, row, work):
-    """Number of nodes that count at point `p` of `x`, and the radius of the largest support [m].
-
-    With a metric, that of its entry `row`, and ``xi_i = S^-1 (x_i - x)`` takes the place of ``x_i -
-    x``.
-    """
+    """Number of nodes that count at point `p` of `x`, and the radius of the largest support [m]."""
     axes = cloud.form.axes
     if cloud.metric.growth.shape[0] > 0:
         radius = math.sqrt(cloud.square[0]) * cloud.metric.growth[row]
@@ -213,24 +168,25 @@ def gather(cloud, x, p, row, work):
 
 
 @lean
-def gather_near(cloud, x, p, row, radius, work):
-    """Number of nodes with ``|xi_i| < radius`` around point `p` of `x` in the metric `row`.
+def corner(cloud, x, p, row, radius):
+    """Cells along each axis where the box around ``|xi_i| < radius`` ends; begins, for -radius."""
+    dim, half = len(cloud.form.axes), cloud.metric.half
+    return (
+        cell_along(cloud.buckets, 0, x[p, 0] + radius * half[row, 0]),
+        cell_along(cloud.buckets, 1, x[p, 1] + radius * half[row, 1]) if dim > 1 else 0,
+        cell_along(cloud.buckets, 2, x[p, 2] + radius * half[row, 2]) if dim > 2 else 0,
+    )
 
-    Their xi_i go to `work.dx`. The cells hold each node once; those that the box around
-    the ellipsoid touches are visited.
+
+@lean
+def gather_near(cloud, x, p, row, radius, work):
+    """Number of nodes with ``|xi_i| < radius`` in the metric `row`; their xi_i go to `work.dx`.
+
+    Cells hold each node once, as it has no support of its own here.
     """
     dim = len(cloud.form.axes)
     buckets, metric = cloud.buckets, cloud.metric
-    low = (
-        cell_along(buckets, 0, x[p, 0] - radius * metric.half[row, 0]),
-        cell_along(buckets, 1, x[p, 1] - radius * metric.half[row, 1]) if dim > 1 else 0,
-        cell_along(buckets, 2, x[p, 2] - radius * metric.half[row, 2]) if dim > 2 else 0,
-    )
-    high = (
-        cell_along(buckets, 0, x[p, 0] + radius * metric.half[row, 0]),
-        cell_along(buckets, 1, x[p, 1] + radius * metric.half[row, 1]) if dim > 1 else 0,
-        cell_along(buckets, 2, x[p, 2] + radius * metric.half[row, 2]) if dim > 2 else 0,
-    )
+    low, high = corner(cloud, x, p, row, -radius), corner(cloud, x, p, row, radius)
     square, inverse_square = radius * radius, 1.0 / (radius * radius)
     found = 0
     for a in range(low[0], high[0] + 1):
@@ -256,16 +212,13 @@ def gather_near(cloud, x, p, row, radius, work):
 @lean
 def push(cloud, row, found, grad_phi):
     """Gradients with respect to x from those with respect to xi: ``grad phi = S^-T dphi/dxi``."""
-    dim = len(cloud.form.axes)
-    pull = cloud.metric.pull
+    axes, pull = cloud.form.axes, cloud.metric.pull
+    by_xi = vector(axes)
     for k in range(found):
-        g_0 = grad_phi[row, k, 0]
-        g_1 = grad_phi[row, k, 1] if dim > 1 else 0.0
-        g_2 = grad_phi[row, k, 2] if dim > 2 else 0.0
-        for d in range(dim):
-            total = pull[row, 0, d] * g_0
-            if dim > 1:
-                total += pull[row, 1, d] * g_1
-            if dim > 2:
-                total += pull[row, 2, d] * g_2
+        for d in range(len(axes)):
+            by_xi[d] = grad_phi[row, k, d]
+        for d in range(len(axes)):
+            total = pull[row, 0, d] * by_xi[0]
+            for e in range(1, len(axes)):
+                total += pull[row, e, d] * by_xi[e]
             grad_phi[row, k, d] = total

@@ -1,13 +1,11 @@
 """Maximum-entropy functions with priors on supports (Wobbes 2020, 6.1; Sukumar and Wright 2007)."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
-from mpmbench.core.bases import BasisSettings, Promises
 from mpmbench.core.bases.clouds.search import nearest_distances
-from mpmbench.core.bases.entropy.basis import PROMISES, EntropyBasis
+from mpmbench.core.bases.entropy.basis import EntropyBasis, EntropySettings
 from mpmbench.core.bases.entropy.priors import Formulation
 from mpmbench.core.bases.radial import WEIGHTS
 from mpmbench.core.geometry import Geometry
@@ -19,7 +17,7 @@ GAUSSIAN_RIM = 6.25  # exp(-(r / 0.4)^2): the customary width of a Gaussian on a
 
 @register("basis", "maxent")
 @dataclass(frozen=True)
-class MaxEnt(BasisSettings):
+class MaxEnt(EntropySettings):
     """Maximum-entropy functions with a prior, Sukumar and Wright 2007, on any set of nodes.
 
     The priors are those of Wobbes 2020, Eqs. 88-90; the Gaussian exp(-6.25 r^2) is lowered by its
@@ -35,27 +33,11 @@ class MaxEnt(BasisSettings):
     d_max: float = setting(
         2.0, "radius of the prior's support in node spacings", unit="-", above=1.0, most=10.0
     )
-    tolerance: float = setting(
-        1e-12,
-        "largest residual of linear completeness, in nodal spacings",
-        unit="-",
-        least=1e-13,
-        most=1e-4,
-    )
-    search: str = setting(
-        "local",
-        "for neighbours in cells, or at all nodes for every point (same functions)",
-        options=("local", "all"),
-    )
-    promises: ClassVar[Promises] = PROMISES
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> EntropyBasis:
-        """The basis on the nodes of `geometry`, with room for `particles` particles."""
-
         def supports(nodes: np.ndarray) -> np.ndarray:
             return self.d_max * nearest_distances(nodes)
 
-        nodes = geometry.points
         form = Formulation(
             axes=(0.0,) * geometry.dimension,
             prior=WEIGHTS[self.prior],
@@ -63,4 +45,5 @@ class MaxEnt(BasisSettings):
             spacing=1.0 / self.d_max,
             tolerance=self.tolerance,
         )
-        return EntropyBasis(nodes, particles, supports, form, local=self.search == "local")
+        local = self.search == "local"
+        return EntropyBasis(geometry.points, particles, supports, form, local=local)

@@ -35,12 +35,10 @@ def surroundings(cloud, x, p, row, work):
 
 @lean
 def evaluate_inside(cloud, x, p, work, row, stored):
-    """Functions at point `p` of `x`, written to row `row`.
+    """Write the functions at point `p` of `x` to row `row`.
 
-    Returns
-    -------
-    status, found, steps, on_hull
-        What becomes of the point, the number of its functions and that of Newton's steps.
+    Returns what becomes of the point, the numbers of its functions and of Newton's steps, and
+    whether it lies on the hull.
     """
     form = cloud.form
     found, reach = surroundings(cloud, x, p, row, work)
@@ -102,10 +100,7 @@ def evaluate_on_hull(cloud, x, p, found, work, row, stored):
 def evaluate_range(cloud, work, x, first, last, stored, iterations):
     """Store the functions of points ``first <= p < last``; any split gives the same bits.
 
-    Returns
-    -------
-    status, point, found
-        DONE, or what became of the first point that failed, with the number of nodes around it.
+    Returns what became of the first point that failed, its number and that of nodes around it.
     """
     for p in range(first, last):
         status, found, steps, on_hull = evaluate_inside(cloud, x, p, work, p, stored)

@@ -17,44 +17,25 @@ CUT_GAUSSIAN = 3  # does not vanish at the rim of its support
 
 
 class Formulation(NamedTuple):
-    """Which functions they are, and how exactly their multipliers are found.
+    """Which functions they are, and how exactly their multipliers are found."""
 
-    Attributes
-    ----------
-    axes : tuple of float
-        One entry per dimension (values unused).
-    prior : int
-        CUBIC_SPLINE, QUARTIC_SPLINE, GAUSSIAN or CUT_GAUSSIAN.
-    rim_exponent : float
-        A Gaussian has fallen to exp(-rim_exponent) at the rim of its support.
-    spacing : float
-        Nodal spacing h as a fraction of the radius of a support.
-    tolerance : float
-        Largest residual ``|sum_i phi_i dx_i| / h``.
-    line_search : bool
-        Shorten Newton steps that do not lessen log Z; without it the iteration is the undamped one
-        of Li (2009).
-    most_steps : int
-        Newton's iteration has failed after these.
-    """
-
-    axes: tuple[float, ...]
-    prior: int
-    rim_exponent: float
-    spacing: float
-    tolerance: float
-    line_search: bool = True
-    most_steps: int = 100
+    axes: tuple[float, ...]  # one entry per dimension (values unused)
+    prior: int  # CUBIC_SPLINE, QUARTIC_SPLINE, GAUSSIAN or CUT_GAUSSIAN
+    rim_exponent: float  # a Gaussian has fallen to exp(-rim_exponent) at the rim of its support
+    spacing: float  # nodal spacing h as a fraction of the radius of a support
+    tolerance: float  # largest residual ``|sum_i phi_i dx_i| / h``
+    line_search: bool = True  # shorten steps that do not lessen log Z, which Li (2009) does not
+    most_steps: int = 100  # Newton's iteration has failed after these
 
 
 @lean
 def weigh(form, found, growth, work):
     """Priors w_i and their slopes g_i at distance r = |dx_i| / d_i (Wobbes 2020, Eqs. 87-90).
 
-    `growth` is the factor by which the support of a Gaussian is larger than the one that
-    ``form.rim_exponent`` refers to.
+    The support of a Gaussian is larger by `growth` than the one that ``rim_exponent`` refers to.
     """
     w, g, rr, inverse_square = work.w, work.g, work.rr, work.inverse_square
+    a = form.rim_exponent * growth**2
     padded = whole_lanes(found)
     if form.prior == CUBIC_SPLINE:
         for k in range(padded):
@@ -65,7 +46,6 @@ def weigh(form, found, growth, work):
             w[k], slope = quartic_spline(rr[k])
             g[k] = inverse_square[k] * slope
     elif form.prior == GAUSSIAN:  # less its tangent at the rim in r^2: value and slope vanish there
-        a = form.rim_exponent * growth**2
         rim = math.exp(-a)
         for k in range(padded):
             w[k] = -a * rr[k]
@@ -75,7 +55,6 @@ def weigh(form, found, growth, work):
             w[k] = bell - rim * (1.0 + a * (1.0 - rr[k]))
             g[k] = -2.0 * a * inverse_square[k] * (bell - rim)
     else:
-        a = form.rim_exponent * growth**2
         nearest = rr[0]
         for k in range(found):
             nearest = min(nearest, rr[k])

@@ -54,15 +54,15 @@ def moments(axes, found, work, r, H):
 
 
 @lean
-def largest_exponent(axes, found, multiplier, work):
-    """Largest of ``-lambda . dx_i``."""
-    largest = -np.inf
+def exponent_range(axes, found, vector, work):
+    """Smallest and largest of ``vector . dx_i``."""
+    low, high = np.inf, -np.inf
     for k in range(found):
         total = 0.0
         for d in range(len(axes)):
-            total -= multiplier[d] * work.dx[d, k]
-        largest = max(largest, total)
-    return largest
+            total += vector[d] * work.dx[d, k]
+        low, high = min(low, total), max(high, total)
+    return low, high
 
 
 @lean
@@ -70,7 +70,7 @@ def tilt(axes, found, reach, multiplier, work, r, H):
     """Fill e_i and the moments for these multipliers; returns Z and the logarithm that it lacks."""
     shift = 0.0
     if length(axes, multiplier) * reach > 300.0:  # else no exponential can overflow
-        shift = largest_exponent(axes, found, multiplier, work)
+        shift = -exponent_range(axes, found, multiplier, work)[0]
     exponentials(axes, multiplier, work.dx, shift, work.e, whole_lanes(found))
     return moments(axes, found, work, r, H), shift
 
@@ -106,12 +106,7 @@ def take_safely(axes, found, reach, height, multiplier, step, work, r, H):
     for d in range(len(axes)):
         origin[d] = multiplier[d]
         slope += step[d] * r[d]
-    low, high = np.inf, -np.inf
-    for k in range(found):
-        total = 0.0
-        for d in range(len(axes)):
-            total += step[d] * work.dx[d, k]
-        low, high = min(low, total), max(high, total)
+    low, high = exponent_range(axes, found, step, work)
     surely = math.log(1.0 + (high - low)) / (high - low)
     fraction = 1.0
     while True:
@@ -129,13 +124,9 @@ def take_safely(axes, found, reach, height, multiplier, step, work, r, H):
 def newton(form, found, reach, last_move, work, step):
     """Minimise log Z over the multipliers by Newton's method from lambda = 0.
 
-    Leaves e_i, and in `step` what a last step would still add to lambda.
-
-    Returns
-    -------
-    status, steps, on_hull
-        Number of steps until the residual met the tolerance (the last step is not counted); whether
-        the point lies on the hull, where lambda is infinite and only the residual can converge.
+    Leaves e_i, and in `step` what a last step would still add to lambda. Returns what becomes of
+    the point, the number of steps until the residual met the tolerance, and whether the point lies
+    on the hull, where lambda is infinite and only the residual can converge.
     """
     axes = form.axes
     multiplier, r = vector(axes), vector(axes)
@@ -201,12 +192,8 @@ def finish(axes, found, work, step, floor, row, stored):
     ``grad phi_i = phi_i (M dx_i + b) - psi_i dx_i`` with ``psi_i = g_i e_i / Z`` (which is phi_i
     grad w_i / w_i along -dx_i), ``b = sum_j psi_j dx_j`` and ``M = (I + sum_j psi_j dx_j (x) dx_j)
     H^-1``: Wobbes 2020, Eqs. 84-86, with the signs corrected. For points on the hull, where H is
-    singular, its diagonal is raised by `floor` times its trace.
-
-    Returns
-    -------
-    residual, condition
-        Length of ``sum_i phi_i dx_i`` [m]; traces of H and its inverse multiplied.
+    singular, its diagonal is raised by `floor` times its trace. Returns the residual ``|sum_i phi_i
+    dx_i|`` [m], and the traces of H and its inverse multiplied.
     """
     b, r = vector(axes), vector(axes)
     H, B, M = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)

@@ -13,13 +13,8 @@ from mpmbench.core.compiled import kernel
 def tabulate(breaks, shape, coefficients, inverse_width, nodes):
     """Fill in what follows from the knots; returns the first axis along which they cross, else -1.
 
-    Parameters
-    ----------
-    coefficients, inverse_width : ndarray
-        As in `TensorGrid`; filled.
-    nodes : ndarray
-        Greville abscissae [m] of all functions, shape (N, dim); filled. With ``g_i = (xi_{i+1} +
-        ... + xi_{i+d}) / d`` ``sum_i g_i phi_i(x) = x`` holds for every degree d.
+    Nodes are the Greville abscissae [m] of all functions, shape (N, dim): with ``g_i = (xi_{i+1} +
+    ... + xi_{i+d}) / d`` ``sum_i g_i phi_i(x) = x`` holds for every degree d.
     """
     dim, degree = breaks.shape[0], coefficients.shape[2] - 1
     abscissae = np.zeros((dim, breaks.shape[1] + degree))
@@ -44,12 +39,7 @@ def tabulate(breaks, shape, coefficients, inverse_width, nodes):
 def polynomials(breaks, degree, coefficients, inverse_width):
     """Polynomials of open B-splines on each span, by Cox and de Boor (Wobbes 2020, section 6.2).
 
-    Parameters
-    ----------
-    breaks : ndarray
-        Distinct knots, shape (n + 1,); the first and last count degree + 1 times.
-    coefficients, inverse_width : ndarray
-        Filled; shapes (n, degree + 1, lanes) and (n,).
+    They go to `coefficients`, shape (n, degree + 1, lanes), for n spans.
     """
     spans = breaks.shape[0] - 1
     polynomial = np.zeros((degree + 1, degree + 1))
@@ -80,16 +70,11 @@ def polynomials(breaks, degree, coefficients, inverse_width):
 
 @kernel
 def advect(breaks, shape, coefficients, displacement):
-    """Advect the knots: ``xi_j += sum_i phi_i(xi_j) dx_i``.
+    """Advect the knots by displacements of the nodes [m]: ``xi_j += sum_i phi_i(xi_j) dx_i``.
 
     Knots are lines in 2D and planes in 3D: the displacement normal to a line is averaged along it
     (by integration), so only axis-aligned motion is followed exactly. Recovering knots from moved
     Greville points instead would be overdetermined, with an undamped (-1)^j mode.
-
-    Parameters
-    ----------
-    displacement : ndarray
-        Of the degrees of freedom [m], shape (N, dim).
     """
     dim, order = breaks.shape[0], coefficients.shape[2]
     # the integral of each function over the length of its axis

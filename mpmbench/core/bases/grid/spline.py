@@ -19,30 +19,18 @@ from mpmbench.core.geometry import Box
 class TensorGrid(NamedTuple):
     """What kernels see of a tensor-product spline; A is the largest number of spans along an axis.
 
-    Attributes
-    ----------
-    axes, order, lanes, shape
-        As in `product_fields`; the degree is one less than the length of `order`, and the inverse
-        spacing is that of the initial uniform knots, which finds a span.
-    moving : tuple of float
-        One entry where knots move, none where they stay uniform: the compiler then leaves out the
-        search for the span.
-    breaks : ndarray
-        Distinct knots [m], shape (dim, A + 1).
-    inverse_width : ndarray
-        1 / span width [1/m], shape (dim, A).
-    coefficients : ndarray
-        ``coefficients[axis, span, k, a]`` multiplies t^k in the a-th function, shape (dim, A,
-        degree + 1, lanes).
+    The first four fields are `product_fields`: the degree is one less than the length of `order`,
+    and the inverse spacing in `axes` is that of the initial uniform knots, which finds a span.
     """
 
     axes: tuple[float, ...]
     order: tuple[float, ...]
     lanes: tuple[float, ...]
     shape: np.ndarray
-    moving: tuple[float, ...]
-    breaks: np.ndarray
-    inverse_width: np.ndarray
+    moving: tuple[float, ...]  # empty where knots stay: then no search for the span is compiled
+    breaks: np.ndarray  # distinct knots [m], shape (dim, A + 1)
+    inverse_width: np.ndarray  # 1 / span width [1/m], shape (dim, A)
+    # [axis, span, k, a] multiplies t^k in the a-th function, shape (dim, A, degree + 1, lanes)
     coefficients: np.ndarray
 
 
