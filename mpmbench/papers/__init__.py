@@ -9,21 +9,18 @@ A paper is one folder, here or in ``papers/`` of a folder of plug-ins (`MPMBENCH
 ``mpmbench/samples/paper`` is a whole one. The experiments may stand in ``experiments/bar_orders``
 beside ``papers`` as well, with their ``plugins``. The file has one object::
 
+    claim = Claims()
+
+    @claim("OTM converges with order 2", "Fig. 3", holds=lambda p: p > 1.7, sentence="p = {p:.2f}")
+    def order(runs: Runs) -> dict[str, float]:
+        return {"p": runs.order("bar", ERROR, method="otm").order}
+
     PAPER = Paper(
         name="bar_orders",
         title="Optimal transportation meshfree approximation schemes",
         reference="Li, Habbal and Ortiz, Int. J. Numer. Meth. Engng 83 (2010) 1541-1579",
         chapters=(bar_chapter, ...),
-        claims=(
-            Claim(
-                "order",
-                "OTM converges with order 2",
-                "Fig. 3",
-                measure=lambda runs: {"p": runs.order("bar", ERROR, method="otm").order},
-                holds=lambda p: abs(p - 2.0) < 0.3,
-                sentence="p = {p:.2f}",
-            ),
-        ),
+        claims=tuple(claim),
     )
 
 A chapter is a function of the campaigns, by the names of their experiments, and returns a
@@ -32,17 +29,17 @@ A chapter is a function of the campaigns, by the names of their experiments, and
     def bar_chapter(campaigns: Campaigns) -> Chapter:
         page = Chapter("bar", "Fig. 3: bar", statement="The paper: OTM converges with order 2.")
         page.convergence(campaigns["bar"])  # figures, orders and errors of a sweep
-        page.draw("profile", "Stress", "Caption.", figure, files)  # any matplotlib figure
-        page.animate("collapse", "Collapse", "Caption.", gif, files)  # bytes of an animated GIF
-        page.tabulate("ends", "At the end", columns, rows)  # rows of `mpmbench.report.tables.Cell`
+        page.draw("profile", "Stress", "Caption.", figure)  # any matplotlib figure
+        page.animate("collapse", "Collapse", "Caption.", gif)  # bytes of an animated GIF
+        page.tabulate("ends", "At the end", columns, rows)  # rows of values and cells
         page.notes.append("A sentence.")
         return page
 
 Runs that are missing raise `MissingRuns` (a `Campaigns` does so by itself): the page then says so
-in the place of that chapter. Cells of tables name their result files: `kit.cell(campaigns, "bar",
-"error_displacement_rms", method="otm")` gives the number of the one run that matches, with its
-file, or its status when it did not finish. In a `Campaign` of a paper the index of the runs is
-``<experiment>/<file>``, so that names are unique on the page.
+in the place of that chapter. Cells of tables (`mpmbench.report.tables.Cell`) name their result
+files: `kit.cell(campaigns, "bar", "error_displacement_rms", method="otm")` gives the number of the
+one run that matches, with its file, or its status when it did not finish. In a `Campaign` of a
+paper the index of the runs is ``<experiment>/<file>``, so that names are unique on the page.
 
 `build` writes ``reports/<name>/``: README.md, figures/*.svg and tables/*.csv, which are small and
 belong into the repository, and index.html, PDF, PNG and LaTeX beside them.
@@ -51,7 +48,7 @@ belong into the repository, and index.html, PDF, PNG and LaTeX beside them.
 from mpmbench.papers.find import find, names
 from mpmbench.papers.kit import Campaigns, Chapter, Paper, cell, read_campaigns
 from mpmbench.papers.page import build
-from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, MissingRuns, Runs
+from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, Claims, MissingRuns, Runs
 
 __all__ = [
     "FAILS",
@@ -60,6 +57,7 @@ __all__ = [
     "Campaigns",
     "Chapter",
     "Claim",
+    "Claims",
     "MissingRuns",
     "Paper",
     "Runs",

@@ -2,17 +2,18 @@
 
 import dataclasses
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from mpmbench.report import figures, tables
-from mpmbench.report.claims import Claim, MissingRuns, Runs
-from mpmbench.report.series import Study, order_of, studies
+from mpmbench.report.claims import Claim, MissingRuns, Runs, column_of
+from mpmbench.report.series import Study, orders_of, studies
 from mpmbench.report.tables import Cell, Table
 from mpmbench.results import completion
 from mpmbench.results.records import Campaign, read_campaign
@@ -29,24 +30,12 @@ class Campaigns(dict[str, Campaign]):
 
 @dataclass(frozen=True)
 class Drawing:
-    """A figure, what it shows, and the result files it was drawn from."""
+    """A figure, or the bytes of a moving picture (an animated GIF), and what it shows."""
 
     name: str
     title: str
     caption: str
-    figure: Figure
-    files: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Animation:
-    """A moving picture (an animated GIF), what it shows, and the result files it was drawn from."""
-
-    name: str
-    title: str
-    caption: str
-    gif: bytes
-    files: tuple[str, ...] = ()
+    content: Any
 
 
 @dataclass
@@ -60,8 +49,7 @@ class Chapter:
     title : str
     statement : str
         What the paper says or shows there.
-    drawings : list of Drawing
-    animations : list of Animation
+    drawings, animations : list of Drawing
     tables : list of Table
     notes : list of str
         Sentences between figures and tables.
@@ -71,42 +59,35 @@ class Chapter:
     title: str
     statement: str = ""
     drawings: list[Drawing] = field(default_factory=list)
-    animations: list[Animation] = field(default_factory=list)
+    animations: list[Drawing] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
-    def draw(
-        self, name: str, title: str, caption: str, figure: Figure, files: Iterable[str] = ()
-    ) -> None:
+    def draw(self, name: str, title: str, caption: str, figure: Figure) -> None:
         """Add a figure; its file is called ``<chapter>-<name>``."""
-        self.drawings.append(
-            Drawing(f"{self.name}-{name}", title, caption, figure, tuple(map(str, files)))
-        )
+        self.drawings.append(Drawing(f"{self.name}-{name}", title, caption, figure))
 
-    def animate(
-        self, name: str, title: str, caption: str, gif: bytes, files: Iterable[str] = ()
-    ) -> None:
+    def animate(self, name: str, title: str, caption: str, gif: bytes) -> None:
         """Add a moving picture; its file is called ``<chapter>-<name>.gif``."""
-        self.animations.append(
-            Animation(f"{self.name}-{name}", title, caption, gif, tuple(map(str, files)))
-        )
-
-    def add(self, table: Table | None) -> None:
-        """Add a table, unless there is none; its file is called ``<chapter>-<name>``."""
-        if table is not None:
-            self.tables.append(dataclasses.replace(table, name=f"{self.name}-{table.name}"))
+        self.animations.append(Drawing(f"{self.name}-{name}", title, caption, gif))
 
     def tabulate(
         self,
         name: str,
         title: str,
         columns: list[str],
-        rows: list[list[Cell]],
-        numeric: Iterable[int] = (),
+        rows: list[list[Any]],
+        numeric: Collection[int] = (),
         note: str = "",
     ) -> None:
-        """Add a table of these rows; its file is called ``<chapter>-<name>``."""
-        self.add(Table(name, title, columns, rows, note, tuple(numeric)))
+        """Add a table of these rows, unless there are none; its file is ``<chapter>-<name>``."""
+        self.add(Table(name, title, columns, rows, note, numeric))
+
+    def add(self, table: Table, **changes: Any) -> None:
+        """Add a table, unless it is empty; its file is called ``<chapter>-<name>``."""
+        table = dataclasses.replace(table, **changes)
+        if table:
+            self.tables.append(dataclasses.replace(table, name=f"{self.name}-{table.name}"))
 
     def convergence(
         self,
@@ -132,38 +113,19 @@ class Chapter:
         """
         study = study_of(campaign, problem)
         more = f", {where}" if where else ""
-        estimates = {}
-        for quantity in quantities:
-            found = {
-                one.label: order_of(study, one, quantity)
-                for one in study.series
-                if len(one.finite(quantity))
-            }
-            estimates[quantity] = {
-                label: order for label, order in found.items() if order is not None
-            }
-            drawing = figures.convergence(study, quantity, estimates[quantity])
-            if drawing is None:
+        estimates = {quantity: orders_of(study, quantity) for quantity in quantities}
+        for quantity, orders in estimates.items():
+            figure = figures.convergence(study, quantity, orders)
+            if figure is None:
                 continue
             what = quantity.removeprefix("error_").removesuffix("_rms")
-            caption = (
-                "Orders p with 95 % intervals; triangles show slopes."
-                if estimates[quantity]
-                else ""
-            )
             words = re.sub(r"_l[12]_max$", "", what).replace("_", " ")
-            title = f"{words.capitalize()} error{more}"
-            self.draw(f"{prefix}{what}", title, caption, drawing, study.runs.index)
+            caption = figures.ORDERS_CAPTION if orders else ""
+            self.draw(f"{prefix}{what}", f"{words.capitalize()} error{more}", caption, figure)
             table = tables.errors(study, quantity)
-            if table is not None:
-                self.add(
-                    dataclasses.replace(table, name=f"{prefix}{what}", title=table.title + more)
-                )
-        table = tables.orders(
-            study, {quantity: orders for quantity, orders in estimates.items() if orders}
-        )
-        if table is not None:
-            self.add(dataclasses.replace(table, name=f"{prefix}orders", title=table.title + more))
+            self.add(table, name=f"{prefix}{what}", title=table.title + more)
+        table = tables.orders(study, estimates)
+        self.add(table, name=f"{prefix}orders", title=table.title + more)
 
 
 @dataclass(frozen=True)
@@ -211,24 +173,22 @@ def _complete(campaign: Campaign) -> Campaign:
     return _rows(dataclasses.replace(campaign, unreadable=unreadable), keep)
 
 
+def _each(campaign: Campaign, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Campaign:
+    """A campaign whose tables of runs are changed alike."""
+    names = ("runs", "settings", "provenance")
+    return dataclasses.replace(campaign, **{key: change(getattr(campaign, key)) for key in names})
+
+
 def _rows(campaign: Campaign, keep: np.ndarray) -> Campaign:
     """Some of the runs of a campaign."""
-    return dataclasses.replace(
-        campaign,
-        runs=campaign.runs[keep],
-        settings=campaign.settings[keep],
-        provenance=campaign.provenance[keep],
-    )
+    return _each(campaign, lambda table: table[keep])
 
 
 def _below(campaign: Campaign, name: str, folder: Path) -> Campaign:
     """The same campaign, its files named from the folder above."""
-    tables_of_runs = {
-        key: getattr(campaign, key).rename(index=lambda file: f"{name}/{file}")
-        for key in ("runs", "settings", "provenance")
-    }
     unreadable = {f"{name}/{file}": reason for file, reason in campaign.unreadable.items()}
-    return dataclasses.replace(campaign, folder=folder, unreadable=unreadable, **tables_of_runs)
+    named = _each(campaign, lambda table: table.rename(index=lambda file: f"{name}/{file}"))
+    return dataclasses.replace(named, folder=folder, unreadable=unreadable)
 
 
 def study_of(campaign: Campaign, problem: str | None = None) -> Study:
@@ -257,10 +217,7 @@ def subset(campaign: Campaign, **match: Any) -> Campaign:
     """
     keep = campaign.runs.index == campaign.runs.index
     for key, value in match.items():
-        name = key.replace("__", ".")
-        if name not in campaign.runs and name not in campaign.settings:
-            raise MissingRuns(f"{campaign.folder.name}: no run has a setting {name}")
-        column = campaign.runs[name] if name in campaign.runs else campaign.settings[name]
+        column = column_of(campaign, campaign.folder.name, key)
         keep &= column.isin(value if isinstance(value, (list, tuple, set)) else [value]).to_numpy()
     if not keep.any():
         raise MissingRuns(f"{campaign.folder.name}: no run matches {match}")

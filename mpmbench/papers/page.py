@@ -10,7 +10,7 @@ from mpmbench.papers.find import find
 from mpmbench.papers.kit import Campaigns, Chapter, Paper, read_campaigns
 from mpmbench.report import style, tables
 from mpmbench.report.claims import HOLDS, UNDECIDED, MissingRuns, claims_table
-from mpmbench.report.page import Picture, Writer, template
+from mpmbench.report.page import Writer, facts, template
 from mpmbench.report.series import studies
 from mpmbench.report.tables import Table
 
@@ -48,29 +48,40 @@ def build(name: str, results: Path = Path("results"), output: Path | None = None
         command = f"python -m mpmbench reproduce {name}"
         raise FileNotFoundError(f"{folder} has no result files (*.nc); `{command}` makes them")
     writer = Writer(Path(output) if output is not None else Path("reports") / name)
-    verdicts = claims_table("claims", paper.claims, campaigns) if paper.claims else None
-    if verdicts is not None:
+    verdicts = claims_table("claims", paper.claims, campaigns)
+    if verdicts:
         writer.table(verdicts)
-    chapters, pictures = [], {}
     with style.applied():
-        for make in paper.chapters:
-            chapter = _chapter(make, campaigns)
-            chapters.append(chapter)
-            drawings = chapter.drawings
-            pictures[chapter.name] = [
-                writer.picture(d.name, d.title, d.caption, d.figure) for d in drawings
+        chapters = [_chapter(make, campaigns) for make in paper.chapters]
+        pictures = {
+            chapter.name: [
+                writer.picture(one.name, one.title, one.caption, one.content)
+                for one in chapter.drawings
             ]
-            for animation in chapter.animations:
-                writer.data(f"figures/{animation.name}.gif", animation.gif)
-            for table in chapter.tables:
-                writer.table(table)
+            for chapter in chapters
+        }
+    for chapter in chapters:
+        for animation in chapter.animations:
+            writer.data(f"figures/{animation.name}.gif", animation.content)
+        for table in chapter.tables:
+            writer.table(table)
     lists = {experiment: list(_runs(campaigns, experiment)) for experiment in campaigns}
     for group in lists.values():
         for table in group:
             writer.text(f"tables/{table.name}.csv", table.csv())
     writer.text(".gitignore", NOT_COMMITTED)
-    writer.text("README.md", markdown(paper, verdicts, chapters, pictures, lists))
-    page = writer.text("index.html", _html(paper, verdicts, chapters, pictures, lists, campaigns))
+    writer.text("README.md", markdown(paper, verdicts, chapters, lists))
+    html = template("papers/page.html.jinja").render(
+        paper=paper,
+        claims=verdicts,
+        holds=HOLDS,
+        undecided=UNDECIDED,
+        chapters=chapters,
+        pictures=pictures,
+        lists=lists,
+        **facts(campaigns.values()),
+    )
+    page = writer.text("index.html", html)
     writer.finish()
     return page
 
@@ -99,11 +110,7 @@ def _runs(campaigns: Campaigns, experiment: str) -> Iterable[Table]:
 
 
 def markdown(
-    paper: Paper,
-    verdicts: Table | None,
-    chapters: list[Chapter],
-    pictures: dict[str, list[Picture]],
-    lists: dict[str, list[Table]],
+    paper: Paper, verdicts: Table, chapters: list[Chapter], lists: dict[str, list[Table]]
 ) -> str:
     """The report as Markdown; its links lead to tables with all digits and result files."""
     parts = [f"# {paper.title}", paper.reference, paper.summary]
@@ -112,76 +119,25 @@ def markdown(
         "is typed in. The CSV files beside it hold all digits and name the result files behind "
         "each row."
     )
-    if verdicts is not None:
-        short = dataclasses.replace(
-            verdicts,
-            title="",
-            columns=verdicts.columns[:4],
-            rows=[row[:4] for row in verdicts.rows],
-        )
-        parts += [
-            "## Claims",
-            short.markdown().strip(),
-            "[Evidence and result files](tables/claims.csv)",
-        ]
+    if verdicts:
+        short, rows = verdicts.columns[:4], [row[:4] for row in verdicts.rows]
+        claims = dataclasses.replace(verdicts, title="", columns=short, rows=rows).markdown()
+        parts += ["## Claims", claims.strip(), "[Evidence and result files](tables/claims.csv)"]
     for chapter in chapters:
         parts.append(f"## {chapter.title}")
         if chapter.statement:
             parts.append("\n".join(f"> {line}" for line in chapter.statement.splitlines()))
-        for picture in pictures[chapter.name]:
-            image = f"![{picture.title}](figures/{picture.name}.svg)"
-            parts.append(f"{image}\n\n*{picture.title}.* {picture.caption}".strip())
-        for animation in chapter.animations:
-            image = f"![{animation.title}](figures/{animation.name}.gif)"
-            parts.append(f"{image}\n\n*{animation.title}.* {animation.caption}".strip())
+        kinds = {"svg": chapter.drawings, "gif": chapter.animations}
+        for suffix, drawings in kinds.items():
+            for one in drawings:
+                image = f"![{one.title}](figures/{one.name}.{suffix})"
+                parts.append(f"{image}\n\n*{one.title}.* {one.caption}".strip())
         parts += chapter.notes
         for table in chapter.tables:
-            body = dataclasses.replace(
-                table, title=f"**{table.title}** ([CSV](tables/{table.name}.csv))"
-            )
-            parts.append(body.markdown().strip())
+            title = f"**{table.title}** ([CSV](tables/{table.name}.csv))"
+            parts.append(dataclasses.replace(table, title=title).markdown().strip())
     links = [
-        f"[{table.title}](tables/{table.name}.csv)" for group in lists.values() for table in group
+        f"- [{table.title}](tables/{table.name}.csv)" for group in lists.values() for table in group
     ]
-    parts += [
-        "## All runs",
-        "\n".join(f"- {link}" for link in links),
-        f"Intervals: {INTERVAL_MEANING}",
-    ]
+    parts += ["## All runs", "\n".join(links), f"Intervals: {INTERVAL_MEANING}"]
     return "\n\n".join(part for part in parts if part) + "\n"
-
-
-def _html(
-    paper: Paper,
-    verdicts: Table | None,
-    chapters: list[Chapter],
-    pictures: dict[str, list[Picture]],
-    lists: dict[str, list[Table]],
-    campaigns: Campaigns,
-) -> str:
-    status = [status for campaign in campaigns.values() for status in campaign.runs.status]
-    origin: dict[str, set[str]] = {}
-    for campaign in campaigns.values():
-        for key in campaign.provenance:
-            origin.setdefault(str(key), set()).update(
-                str(value) for value in campaign.provenance[key].dropna()
-            )
-    origin.pop("code_hash", None)
-    return template("papers/page.html.jinja").render(
-        paper=paper,
-        claims=verdicts,
-        holds=HOLDS,
-        undecided=UNDECIDED,
-        chapters=chapters,
-        pictures=pictures,
-        lists=lists,
-        counts={word: status.count(word) for word in sorted(set(status))},
-        total=len(status),
-        unreadable={
-            file: why
-            for campaign in campaigns.values()
-            for file, why in campaign.unreadable.items()
-        },
-        provenance={key: sorted(values) for key, values in sorted(origin.items())},
-        interval_meaning=INTERVAL_MEANING,
-    )

@@ -1,4 +1,4 @@
-"""What chapters share: figures with panels, rows of cells along an axis, and their numbers."""
+"""What chapters share: rows of cells along an axis, their numbers, and curves."""
 
 import dataclasses
 from collections.abc import Iterable, Sequence
@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from mpmbench.papers.kit import Campaigns, cell
 from mpmbench.report import style
@@ -14,38 +13,6 @@ from mpmbench.report.claims import MissingRuns
 from mpmbench.report.tables import Cell
 
 MOST_POINTS = 400  # of a drawn curve: no more can be seen
-
-
-def panels(
-    rows: int, columns: int, height: float, width: float = 2.0 * style.COLUMN, **shared: Any
-) -> tuple[Figure, np.ndarray]:
-    """A figure with a grid of axes, shape (rows, columns); lengths in inches."""
-    figure = Figure(figsize=(width, height), layout="constrained")
-    return figure, figure.subplots(rows, columns, squeeze=False, **shared)
-
-
-def single(height: float = 2.6, width: float = style.COLUMN) -> tuple[Figure, Axes]:
-    """A figure with one pair of axes; lengths in inches."""
-    figure, axes = panels(1, 1, height, width)
-    return figure, axes[0, 0]
-
-
-def tiles(
-    count: int, columns: int, height: float = 1.5, sharey: bool = True
-) -> tuple[Figure, list[Axes]]:
-    """As many panels as are wanted, row by row, of this height [in]; they share their axes."""
-    rows = -(-count // columns)
-    figure, grid = panels(rows, columns, 0.35 + height * rows, sharex=True, sharey=sharey)
-    for empty in grid.ravel()[count:]:
-        empty.remove()
-    return figure, list(grid.ravel()[:count])
-
-
-def name_axes(figure: Figure, x: str, y: str = "") -> None:
-    """Name the axes that all panels share."""
-    figure.supxlabel(x, size=8)
-    if y:
-        figure.supylabel(y, size=8)
 
 
 def ticks(axes: Axes, values: Sequence[float]) -> None:
@@ -78,9 +45,9 @@ def numbers(cells: Iterable[Cell]) -> np.ndarray:
     return np.array([one.value if isinstance(one.value, float) else np.nan for one in cells])
 
 
-def files_of(cells: Iterable[Cell]) -> list[str]:
-    """Result files of the cells."""
-    return [file for one in cells for file in one.files]
+def of_file(file: str, *values: float) -> list[Cell]:
+    """Cells of numbers that were computed from the fields of one run."""
+    return [Cell(float(value), (file,)) for value in values]
 
 
 def finished(
@@ -99,12 +66,6 @@ def finished(
         raise MissingRuns(lack)
     x, y = zip(*known, strict=True)
     return x, y
-
-
-def ratio(above: Cell, below: Cell) -> Cell:
-    """Quotient of two cells with the files of both; empty unless both are numbers."""
-    known = isinstance(above.value, float) and isinstance(below.value, float) and below.value != 0.0
-    return Cell(above.value / below.value, above.files + below.files) if known else Cell()
 
 
 def with_digits(digits: int, found: Cell) -> Cell:

@@ -61,16 +61,12 @@ def atlas(study: Study) -> Figure:
     """
     marks = {file: cause.mark for cause in causes(study) for file in cause.files}
     keys = columns_of(study)
-    position = {key: k for k, key in enumerate(keys)}
     curves = [wrapped(row_of(one), LABEL_WIDTH) for one in study.series]
     rows = list(dict.fromkeys(curves))
     lines = sum(label.count("\n") + 1 for label in rows)
     width = max(3.4, 2.6 + CELL * len(keys))
-    shown = [
-        status
-        for status in COLOURS
-        if any((one.runs.status == status).any() for one in study.series)
-    ]
+    found = {status for one in study.series for status in one.runs.status}
+    shown = [status for status in COLOURS if status in found]
     beside = min(len(shown), int(width / LEGEND_ENTRY))
     text_lines = -(-len(shown) // beside)
     labels, title = column_labels(study, keys)
@@ -86,15 +82,12 @@ def atlas(study: Study) -> Figure:
     for curve, one in zip(curves, study.series, strict=True):
         row = rows.index(curve)
         for file, run in one.runs.iterrows():
-            column = position[key_of(run)]
+            column = keys.index(key_of(run))
             colour = COLOURS.get(run.status, "white")
             axes.add_patch(Rectangle((column - 0.45, row - 0.45), 0.9, 0.9, color=colour, lw=0))
-            if str(file) in marks:
-                dark = run.status in ("crashed", "timeout", "diverged")
-                ink = "white" if dark else "black"
-                axes.text(
-                    column, row, marks[str(file)], ha="center", va="center", size=6, color=ink
-                )
+            if mark := marks.get(str(file)):
+                ink = "white" if run.status in ("crashed", "timeout", "diverged") else "black"
+                axes.text(column, row, mark, ha="center", va="center", size=6, color=ink)
     axes.set_xlim(-0.5, len(keys) - 0.5)
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_yticks(range(len(rows)), rows)
@@ -142,22 +135,17 @@ def column_labels(study: Study, keys: list[Key]) -> tuple[list[str], str]:
     return labels, study.axis.label + (", time step" if several_steps else "")
 
 
-def reasons(study: Study) -> Table | None:
+def reasons(study: Study) -> Table:
     """What the marks of the atlas stand for."""
-    found = causes(study)
     rows = [
         [
-            Cell(cause.mark),
-            Cell(cause.status.replace("_", " ")),
+            cause.mark,
+            cause.status.replace("_", " "),
             Cell(len(cause.files), tuple(cause.files)),
             Cell(cause.reason, (cause.files[0],)),
         ]
-        for cause in found
+        for cause in causes(study)
     ]
     note = "Reasons that differ in numbers only share a mark; that of the first run is shown."
     columns = ["mark", "status", "runs", "reason"]
-    return (
-        Table(f"{study.problem}-atlas", "Why runs have no result", columns, rows, note, (2,))
-        if rows
-        else None
-    )
+    return Table(f"{study.problem}-atlas", "Why runs have no result", columns, rows, note, (2,))

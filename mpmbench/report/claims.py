@@ -142,13 +142,10 @@ class Runs:
     def _matching(self, campaign: str, match: Match) -> pd.DataFrame:
         if campaign not in self.campaigns:
             raise MissingRuns(f"there is no campaign {campaign}")
-        runs, settings = self.campaigns[campaign].runs, self.campaigns[campaign].settings
+        runs = self.campaigns[campaign].runs
         keep = pd.Series(True, index=runs.index)
         for key, value in match.items():
-            name = key.replace("__", ".")
-            if name not in runs and name not in settings:
-                raise MissingRuns(f"{campaign}: no run has a setting {name}")
-            column = runs[name] if name in runs else settings[name]
+            column = column_of(self.campaigns[campaign], campaign, key)
             keep &= column.map(lambda found, value=value: _equal(found, value))
         if not keep.any():
             raise MissingRuns(f"{campaign}: no run with {_words(match)}")
@@ -162,7 +159,8 @@ class Runs:
         self.evidence.append(Evidence(name, value, tuple(map(str, files))))
 
 
-Rule = Callable[[Runs], tuple[str, str]]
+Holds = bool | str
+Rule = Callable[[Runs], tuple[Holds, str]]
 
 
 @dataclass(frozen=True)
@@ -176,8 +174,9 @@ class Claim:
     statement, source : str
         The paper's statement and where it stands (section, figure, table).
     rule : callable, optional
-        Takes `Runs`, returns the answer and a sentence with the numbers. It stands for the three
-        that follow when the words depend on what is found.
+        Takes `Runs`, returns whether the statement holds, as `holds` does (or the whole answer),
+        and a sentence with the numbers. It stands for the three that follow when the words depend
+        on what is found.
     measure : callable, optional
         Takes `Runs`, returns numbers by name.
     holds : callable, optional
@@ -191,8 +190,8 @@ class Claim:
     statement: str
     source: str
     rule: Rule | None = None
-    measure: Callable[[Runs], Mapping[str, float]] | None = None
-    holds: Callable[..., bool | str] | None = None
+    measure: Callable[[Runs], Mapping[str, Any]] | None = None
+    holds: Callable[..., Holds] | None = None
     sentence: str = ""
 
     def __post_init__(self) -> None:
@@ -206,12 +205,33 @@ class Claim:
     def answer(self, runs: Runs) -> tuple[str, str]:
         """The answer, and a sentence with the numbers."""
         if self.rule is not None:
-            return self.rule(runs)
-        assert self.measure is not None and self.holds is not None
-        found = self.measure(runs)
-        holds = self.holds(**found)
-        condition = f" {holds}" if isinstance(holds, str) else ""
-        return (f"{HOLDS}{condition}" if holds else FAILS), self.sentence.format(**found)
+            holds, because = self.rule(runs)
+        else:
+            assert self.measure is not None and self.holds is not None
+            found = self.measure(runs)
+            holds, because = self.holds(**found), self.sentence.format(**found)
+        if isinstance(holds, str):
+            return (f"{HOLDS} {holds}" if holds.startswith("when ") else holds), because
+        return (HOLDS if holds else FAILS), because
+
+
+class Claims(list[Claim]):
+    """Claims in the order in which their functions are written; called, it decorates one of them.
+
+    The name of the function is that of the claim. With `holds` and `sentence` it is the `measure`
+    of a `Claim`, without them the `rule`::
+
+        @claim("OTM converges with order 2", "Fig. 3", holds=..., sentence="p = {p:.2f}")
+        def order(runs: Runs) -> dict[str, float]:
+    """
+
+    def __call__(self, statement: str, source: str, **parts: Any) -> Callable[[Any], Any]:
+        def add(function: Any) -> Any:
+            role = "measure" if parts else "rule"
+            self.append(Claim(function.__name__, statement, source, **{role: function}, **parts))
+            return function
+
+        return add
 
 
 def judge(claim: Claim, campaigns: Mapping[str, Campaign]) -> Verdict:
@@ -231,15 +251,24 @@ def claims_table(name: str, claims: Iterable[Claim], campaigns: Mapping[str, Cam
         verdict = judge(claim, campaigns)
         files = tuple(dict.fromkeys(file for piece in verdict.evidence for file in piece.files))
         numbers = "; ".join(f"{piece.name}: {Cell(piece.value).text}" for piece in verdict.evidence)
-        texts = (claim.statement, claim.source, verdict.answer, verdict.because, numbers)
-        rows.append(
-            [
-                *(Cell(text) for text in texts[:2]),
-                Cell(texts[2], files),
-                *(Cell(text) for text in texts[3:]),
-            ]
-        )
+        answer = Cell(verdict.answer, files)
+        rows.append([claim.statement, claim.source, answer, verdict.because, numbers])
     return Table(name, "Claims", ["claim", "source", "verdict", "because", "evidence"], rows)
+
+
+def column_of(campaign: Campaign, called: str, key: str) -> pd.Series:
+    """What the runs of a campaign have for an attribute or a setting.
+
+    Raises
+    ------
+    MissingRuns
+        When none has it.
+    """
+    name = key.replace("__", ".")
+    for table in (campaign.runs, campaign.settings):
+        if name in table:
+            return table[name]
+    raise MissingRuns(f"{called}: no run has a setting {name}")
 
 
 def _equal(found: Any, wanted: Any) -> bool:

@@ -21,6 +21,7 @@ LEGEND_LINE = 0.145  # height of one line of a legend [in]
 LEGEND_WIDTH = 54  # characters
 MOST_FLOORS = 3  # predicted floors that a legend lists one by one
 MOST_ENTRIES = 12  # curves that a legend lists one by one
+ORDERS_CAPTION = "Orders p with 95 % intervals; triangles show slopes."
 Orders = dict[str, OrderEstimate]
 
 
@@ -42,7 +43,7 @@ def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
     shown = [one for one in study.series if len(one.finite(quantity)) or len(_failed(one))]
     if not any(len(one.finite(quantity)) for one in shown):
         return None
-    figure, axes = _square()
+    figure, axes = single(SQUARE)
     handles: list[Line2D] = []
     for one in shown:
         curve = one.finite(quantity).groupby("axis_value", sort=False)[quantity].median()
@@ -52,12 +53,11 @@ def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
         handles += axes.loglog(
             curve.index, curve, label=label, **style.line(one.method, one.basis, one.rank)
         )
-        _mark_failed(axes, one)
     if quantity == "error_displacement_rms" and study.axis.power is not None:
         handles += _temporal_floor(axes, study)
     if study.axis.power is not None:
         _slope_triangles(axes, study, quantity, orders)
-    failed = _failed_handle(study)
+    failed = _mark_failed(axes, shown)
     if failed:
         low, high = axes.get_ylim()
         axes.set_ylim(low, high * (high / low) ** 0.09)
@@ -82,7 +82,7 @@ def work_precision(study: Study, quantity: str) -> tuple[Figure, bool] | None:
     shown = [one for one in study.series if len(_timed(one, quantity, exclusive))]
     if not shown:
         return None
-    figure, axes = _square()
+    figure, axes = single(SQUARE)
     handles = []
     for one in shown:
         runs = _timed(one, quantity, exclusive)
@@ -93,15 +93,8 @@ def work_precision(study: Study, quantity: str) -> tuple[Figure, bool] | None:
     axes.set_xlabel("solver time [s]")
     axes.set_ylabel(quantity_label(study, quantity))
     if not exclusive:
-        axes.text(
-            0.97,
-            0.97,
-            "machine shared with other runs",
-            transform=axes.transAxes,
-            ha="right",
-            va="top",
-            size=7,
-        )
+        corner: dict[str, Any] = {"ha": "right", "va": "top", "transform": axes.transAxes}
+        axes.text(0.97, 0.97, "machine shared with other runs", size=7, **corner)
     _legend_below(figure, handles, shown)
     return figure, exclusive
 
@@ -132,10 +125,41 @@ def wrapped(label: str, width: int) -> str:
     return "\n".join(textwrap.wrap(label, width)) or label
 
 
-def _square() -> tuple[Figure, Axes]:
-    """A figure one column wide; the legend enlarges it."""
-    figure = Figure(figsize=(style.COLUMN, SQUARE), layout="constrained")
-    return figure, figure.add_subplot()
+def panels(
+    rows: int, columns: int, height: float, width: float = 2.0 * style.COLUMN, **shared: Any
+) -> tuple[Figure, np.ndarray]:
+    """A figure with a grid of axes, shape (rows, columns); lengths in inches."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False, **shared)
+
+
+def single(height: float = 2.6, width: float = style.COLUMN) -> tuple[Figure, Axes]:
+    """A figure with one pair of axes; lengths in inches."""
+    figure, axes = panels(1, 1, height, width)
+    return figure, axes[0, 0]
+
+
+def tiles(
+    count: int,
+    columns: int,
+    height: float = 1.5,
+    sharey: bool = True,
+    width: float = 2.0 * style.COLUMN,
+    margin: float = 0.35,
+) -> tuple[Figure, list[Axes]]:
+    """As many panels as are wanted, row by row, of this height [in]; they share their axes."""
+    rows = -(-count // columns)
+    figure, grid = panels(rows, columns, margin + height * rows, width, sharex=True, sharey=sharey)
+    for empty in grid.ravel()[count:]:
+        empty.remove()
+    return figure, list(grid.ravel()[:count])
+
+
+def name_axes(figure: Figure, x: str, y: str = "") -> None:
+    """Name the axes that all panels share."""
+    figure.supxlabel(x, size=8)
+    if y:
+        figure.supylabel(y, size=8)
 
 
 def _legend_below(figure: Figure, handles: list[Line2D], curves: list[Series]) -> None:
@@ -150,11 +174,8 @@ def _legend_below(figure: Figure, handles: list[Line2D], curves: list[Series]) -
         for name, one in variants.items():
             look = style.line(one.method, one.basis, one.rank)
             look |= {"color": "#444444", "markeredgecolor": "#444444", "marker": "o"}
-            look["markerfacecolor"] = (
-                "#444444"
-                if look["markerfacecolor"] == style.colour(one.method)
-                else look["markerfacecolor"]
-            )
+            if look["markerfacecolor"] == style.colour(one.method):
+                look["markerfacecolor"] = "#444444"
             entries.append(Line2D([], [], label=name, **look))
         handles = entries + handles[len(curves) :]
     for handle in handles:
@@ -172,42 +193,24 @@ def _timed(one: Series, quantity: str, exclusive: bool) -> pd.DataFrame:
 
 
 def _failed(one: Series) -> pd.DataFrame:
-    return one.runs[
-        ~one.runs.status.isin(["ok", "not_applicable"]) & np.isfinite(one.runs.axis_value)
-    ]
+    failed = ~one.runs.status.isin(["ok", "not_applicable"])
+    return one.runs[failed & np.isfinite(one.runs.axis_value)]
 
 
-def _mark_failed(axes: Axes, one: Series) -> None:
-    """Crosses along the upper edge: where a run ended without a result."""
-    values = _failed(one).axis_value
-    if len(values):
-        above = axes.get_xaxis_transform()
-        axes.plot(
-            values,
-            [0.965] * len(values),
-            "x",
-            color=style.colour(one.method),
-            transform=above,
-            ms=5,
-            mew=1.3,
-            zorder=5,
-        )
-
-
-def _failed_handle(study: Study) -> list[Line2D]:
-    if not any(len(_failed(one)) for one in study.series):
-        return []
-    return [
-        Line2D(
-            [],
-            [],
-            color="#555555",
-            marker="x",
-            linestyle="none",
-            mew=1.3,
-            label="failed (colour of the method)",
-        )
-    ]
+def _mark_failed(axes: Axes, series: list[Series]) -> list[Line2D]:
+    """Crosses along the upper edge where a run ended without a result; what stands for them."""
+    look: dict[str, Any] = {"marker": "x", "linestyle": "none", "mew": 1.3}
+    handles: list[Line2D] = []
+    for one in series:
+        values = _failed(one).axis_value
+        if len(values):
+            above = axes.get_xaxis_transform()
+            colour = style.colour(one.method)
+            crosses = {"color": colour, "transform": above, "ms": 5, "zorder": 5}
+            axes.plot(values, [0.965] * len(values), **look | crosses)
+            label = "failed (colour of the method)"
+            handles = [Line2D([], [], color="#555555", label=label, **look)]
+    return handles
 
 
 def _temporal_floor(axes: Axes, study: Study) -> list[Line2D]:
@@ -238,15 +241,10 @@ def _temporal_floor(axes: Axes, study: Study) -> list[Line2D]:
 
 def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) -> None:
     """One triangle for each whole or half order, beneath the lowest curve of that order."""
-    lowest: dict[float, tuple[float, np.ndarray, np.ndarray]] = {}
+    lowest: dict[float, tuple[np.ndarray, np.ndarray]] = {}
     for one in study.series:
         estimate = orders.get(one.label)
-        if (
-            estimate is None
-            or not np.isfinite(estimate.order)
-            or estimate.order < 0.5
-            or estimate.high - estimate.low > 2.0
-        ):
+        if estimate is None or not estimate.order >= 0.5 or estimate.high - estimate.low > 2.0:
             continue
         curve = one.finite(quantity).groupby("axis_value")[quantity].median()
         x, y = curve.index.to_numpy(float), curve.to_numpy(float)
@@ -255,10 +253,10 @@ def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) ->
         x, y = x[coarse_first][clear], y[coarse_first][clear]
         whole = round(2.0 * estimate.order) / 2.0
         stated = estimate.low <= whole <= estimate.high
-        if stated and len(x) >= 2 and (whole not in lowest or y[0] < lowest[whole][0]):
-            lowest[whole] = (y[0], x, y)
+        if stated and len(x) >= 2 and (whole not in lowest or y[0] < lowest[whole][1][0]):
+            lowest[whole] = (x, y)
     taken: list[tuple[float, float, float, float]] = []
-    for whole, (_, x, y) in sorted(lowest.items()):
+    for whole, (x, y) in sorted(lowest.items()):
         power = whole * (study.axis.power or 1)
         middle = (len(x) - 2) // 2
         for k in sorted(range(len(x) - 1), key=lambda k: abs(k - middle)):
@@ -270,23 +268,11 @@ def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) ->
                 break
         else:
             continue
-        axes.fill(
-            [start, end, start],
-            [base, tip, tip],
-            facecolor="#eeeeee",
-            edgecolor="#777777",
-            lw=0.6,
-            zorder=1,
-        )
+        look: Any = {"facecolor": "#eeeeee", "edgecolor": "#777777", "lw": 0.6, "zorder": 1}
+        axes.fill([start, end, start], [base, tip, tip], **look)
         inside = start * (end / start) ** 0.12, tip * (base / tip) ** 0.24
-        axes.text(
-            *inside,
-            f"{whole:g}",
-            ha="left" if end > start else "right",
-            va="center",
-            size=7,
-            color="#444444",
-        )
+        side = "left" if end > start else "right"
+        axes.text(*inside, f"{whole:g}", ha=side, va="center", size=7, color="#444444")
 
 
 def _overlap(

@@ -2,7 +2,10 @@
 
 import os
 import re
+from collections import Counter
+from collections.abc import Collection
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +16,7 @@ from matplotlib.figure import Figure
 
 from mpmbench.analysis.convergence import INTERVAL_MEANING, OrderEstimate
 from mpmbench.report import atlas, figures, profiles, style, tables
-from mpmbench.report.series import Study, further_studies, order_of, studies
+from mpmbench.report.series import Study, further_studies, orders_of, studies
 from mpmbench.report.tables import Table
 from mpmbench.results.records import Campaign, read_campaign
 
@@ -49,9 +52,16 @@ class Section:
 
     title: str
     study: Study
+    writer: "Writer"
     pictures: list[Picture] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+
+    def draw(self, name: str, title: str, caption: str, figure: Figure | None) -> None:
+        """Add a figure, if there is one."""
+        if figure is not None:
+            stem = f"{self.study.problem}-{name}"
+            self.pictures.append(self.writer.picture(stem, title, caption, figure))
 
 
 def build(results: Path, output: Path | None = None) -> Path:
@@ -82,7 +92,7 @@ def build(results: Path, output: Path | None = None) -> Path:
         sections = [_section(study, writer) for study in studies(campaign)]
         for study in further_studies(campaign):
             section = next(one for one in sections if one.study.problem == study.problem)
-            _further(section, study, writer)
+            _further(section, study)
     for section in sections:
         for table in section.tables:
             writer.table(table)
@@ -110,21 +120,15 @@ class Writer:
 
     def table(self, table: Table) -> None:
         """Write a table as CSV, Markdown and LaTeX."""
-        for suffix, content in (
-            ("csv", table.csv()),
-            ("md", table.markdown()),
-            ("tex", table.latex()),
-        ):
+        texts = {"csv": table.csv(), "md": table.markdown(), "tex": table.latex()}
+        for suffix, content in texts.items():
             self.text(f"tables/{table.name}.{suffix}", content)
 
     def picture(self, name: str, title: str, caption: str, figure: Figure) -> Picture:
         """Save a figure as SVG, PDF and PNG, and return it for the page."""
         for suffix, options in FORMATS.items():
-            place = f"figures/{name}.{suffix}"
-            self._place(
-                place,
-                lambda file, kind=suffix, more=options: figure.savefig(file, format=kind, **more),
-            )
+            save = partial(figure.savefig, format=suffix, **options)
+            self._place(f"figures/{name}.{suffix}", save)
             if suffix == "svg":  # laid out once; the other formats need not do it again
                 figure.set_layout_engine("none")
         drawing = (self.target / "figures" / f"{name}.svg").read_text(encoding="utf-8")
@@ -185,85 +189,59 @@ def _unbroken(text: str) -> markupsafe.Markup:
 
 def _section(study: Study, writer: Writer) -> Section:
     """Figures and tables of one problem along its main axis."""
-    section = Section(study.problem.replace("_", " "), study)
-    estimates = _estimates(study)
-    for quantity in ERRORS:
-        _add_convergence(section, study, quantity, estimates.get(quantity, {}), writer)
+    section = Section(study.problem.replace("_", " "), study, writer)
+    estimates = {quantity: orders_of(study, quantity) for quantity in ERRORS}
+    for quantity, orders in estimates.items():
+        _add_convergence(section, study, quantity, orders)
     drawn = figures.work_precision(study, ERRORS[0])
     if drawn is not None:
         figure, exclusive = drawn
         caption = "Error against the time of the solver, compiling excluded."
         if not exclusive:
             caption += " These runs shared the machine with others: the times are only indicative."
-        section.pictures.append(
-            writer.picture(f"{study.problem}-work_precision", "Work and precision", caption, figure)
-        )
-    _add_fields(section, study, writer)
+        section.draw("work_precision", "Work and precision", caption, figure)
+    _add_fields(section, study)
     caption = "Every run by its status; a mark stands for a reason, and a place without colour for no run."
-    section.pictures.append(
-        writer.picture(f"{study.problem}-atlas", "Failure atlas", caption, atlas.atlas(study))
-    )
+    section.draw("atlas", "Failure atlas", caption, atlas.atlas(study))
 
-    found = [
-        tables.orders(study, estimates),
-        *(tables.errors(study, quantity) for quantity in ERRORS),
-    ]
     timing = tables.timings(study)
-    if timing is None and (study.runs.status == "ok").any():
+    if not timing and (study.runs.status == "ok").any():
         section.notes.append(
             "No timing table: no run had the machine to itself (timing=exclusive)."
         )
-    found += [timing, atlas.reasons(study), tables.failures(study), tables.all_runs(study)]
-    section.tables += [table for table in found if table is not None]
+    found = [
+        tables.orders(study, estimates),
+        *(tables.errors(study, quantity) for quantity in ERRORS),
+        *(timing, atlas.reasons(study), tables.failures(study), tables.all_runs(study)),
+    ]
+    section.tables += filter(None, found)
     return section
 
 
-def _further(section: Section, study: Study, writer: Writer) -> None:
+def _further(section: Section, study: Study) -> None:
     """Errors along another swept key."""
-    estimates = _estimates(study)
     for quantity in ERRORS:
-        _add_convergence(section, study, quantity, estimates.get(quantity, {}), writer)
+        _add_convergence(section, study, quantity, orders_of(study, quantity))
         table = tables.errors(study, quantity)
-        if table is not None:
+        if table:
             section.tables.insert(-1, table)
 
 
-def _estimates(study: Study) -> dict[str, dict[str, OrderEstimate]]:
-    """Orders by quantity and by curve."""
-    found: dict[str, dict[str, OrderEstimate]] = {}
-    for quantity in ERRORS:
-        orders = {
-            one.label: order_of(study, one, quantity)
-            for one in study.series
-            if len(one.finite(quantity))
-        }
-        found[quantity] = {label: order for label, order in orders.items() if order is not None}
-    return {quantity: orders for quantity, orders in found.items() if orders}
-
-
 def _add_convergence(
-    section: Section, study: Study, quantity: str, orders: dict[str, OrderEstimate], writer: Writer
+    section: Section, study: Study, quantity: str, orders: dict[str, OrderEstimate]
 ) -> None:
-    figure = figures.convergence(study, quantity, orders)
-    if figure is None:
-        return
     what = quantity.removeprefix("error_").removesuffix("_rms")
     axis = study.axis.key.split(".")[-1]
-    title = f"{what.capitalize()} error" + (
-        "" if axis == "resolution" else f" against {axis.replace('_', ' ')}"
-    )
-    caption = (
-        "Orders p with 95 % intervals; triangles show slopes."
-        if any(len(o.local) for o in orders.values())
-        else ""
-    )
+    other = axis != "resolution"
+    title = f"{what.capitalize()} error" + (f" against {axis.replace('_', ' ')}" if other else "")
+    caption = figures.ORDERS_CAPTION if any(len(o.local) for o in orders.values()) else ""
     if any((study.runs.status != "ok") & (study.runs.status != "not_applicable")):
         caption += " Crosses: runs that failed; they enter no fit."
-    stem = f"{study.problem}-convergence_{what}" + ("" if axis == "resolution" else f"-{axis}")
-    section.pictures.append(writer.picture(stem, title, caption.strip(), figure))
+    stem = f"convergence_{what}" + (f"-{axis}" if other else "")
+    section.draw(stem, title, caption.strip(), figures.convergence(study, quantity, orders))
 
 
-def _add_fields(section: Section, study: Study, writer: Writer) -> None:
+def _add_fields(section: Section, study: Study) -> None:
     value, fields = profiles.final_fields(study)
     if not fields:
         return
@@ -277,47 +255,41 @@ def _add_fields(section: Section, study: Study, writer: Writer) -> None:
         caption += f" {len(fields)} of {ready} curves."
     if fields[0].position.shape[1] > 1:
         caption += " The row of particles nearest the middle."
-    figure = profiles.stress_profile(fields)
-    if figure is not None:
-        section.pictures.append(
-            writer.picture(f"{study.problem}-stress_profile", "Final stress", caption, figure)
-        )
-    figure = profiles.particle_map(fields)
-    if figure is not None:
-        caption = f"Particles where they are at the end, coloured by their stress, {place}."
-        section.pictures.append(
-            writer.picture(f"{study.problem}-particle_map", "Particle map", caption, figure)
-        )
+    section.draw("stress_profile", "Final stress", caption, profiles.stress_profile(fields))
+    caption = f"Particles where they are at the end, coloured by their stress, {place}."
+    section.draw("particle_map", "Particle map", caption, profiles.particle_map(fields))
 
 
 def _code_versions(campaign: Campaign) -> int:
     """Most versions of the code behind runs of one kind: a kind's code are the files it uses."""
     if "code_hash" not in campaign.provenance:
         return 1
-    kinds = [
-        campaign.runs[key]
-        for key in ("problem", "method", "basis", "material")
-        if key in campaign.runs
-    ]
+    keys = ("problem", "method", "basis", "material")
+    kinds = [campaign.runs[key] for key in keys if key in campaign.runs]
     return int(campaign.provenance["code_hash"].groupby(kinds).nunique().max())
 
 
-def _render(campaign: Campaign, sections: list[Section]) -> str:
-    counts = (
-        campaign.runs.status.value_counts().sort_index().to_dict() if len(campaign.runs) else {}
-    )
-    origin = {
-        str(key): sorted({str(value) for value in campaign.provenance[key].dropna()})
-        for key in sorted(map(str, campaign.provenance))
-    }
+def facts(campaigns: Collection[Campaign]) -> dict[str, Any]:
+    """What every page says of its runs: how they ended, and what made them."""
+    status = [word for campaign in campaigns for word in campaign.runs.get("status", ())]
+    origin: dict[str, set[str]] = {}
+    for campaign in campaigns:
+        for key, values in campaign.provenance.items():
+            origin.setdefault(str(key), set()).update(map(str, values.dropna()))
     origin.pop("code_hash", None)
+    return {
+        "counts": dict(sorted(Counter(status).items())),
+        "total": len(status),
+        "unreadable": {file: why for one in campaigns for file, why in one.unreadable.items()},
+        "provenance": {key: sorted(values) for key, values in sorted(origin.items())},
+        "interval_meaning": INTERVAL_MEANING,
+    }
+
+
+def _render(campaign: Campaign, sections: list[Section]) -> str:
     return template("report/page.html.jinja").render(
         title=campaign.folder.resolve().name,
-        counts=counts,
-        total=len(campaign.runs),
-        unreadable=campaign.unreadable,
         sections=sections,
-        provenance=origin,
         code_versions=_code_versions(campaign),
-        interval_meaning=INTERVAL_MEANING,
+        **facts([campaign]),
     )

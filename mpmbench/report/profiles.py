@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mpmbench.report import style
-from mpmbench.report.figures import wrapped
+from mpmbench.report.figures import name_axes, tiles, wrapped
 from mpmbench.report.series import Series, Study
 
 MOST_PANELS = 12
@@ -24,9 +24,8 @@ class Field:
 
     Attributes
     ----------
-    label, file : str
-        Curve and result file.
     series : Series
+        The curve.
     position, initial : ndarray
         Particle positions now and at the start [m], shape (P, dim).
     stress : ndarray
@@ -35,8 +34,6 @@ class Field:
         The same of the exact solution.
     """
 
-    label: str
-    file: str
     series: Series
     position: np.ndarray
     initial: np.ndarray
@@ -68,9 +65,8 @@ def final_fields(study: Study) -> tuple[float, list[Field]]:
     for one, file, _ in choice[value]:  # every method and basis before the second variant of any
         turn = shown[one.method, one.basis] = shown.get((one.method, one.basis), -1) + 1
         candidates.append((turn, len(candidates), one, file))
-    kept = sorted(
-        sorted(candidates, key=lambda entry: entry[:2])[:MOST_PANELS], key=lambda entry: entry[1]
-    )
+    first = sorted(candidates, key=lambda entry: entry[:2])[:MOST_PANELS]
+    kept = sorted(first, key=lambda entry: entry[1])
     fields = [_field(study, one, file) for _, _, one, file in kept]
     return value, [field for field in fields if field is not None]
 
@@ -84,7 +80,7 @@ def _field(study: Study, one: Series, file: str) -> Field | None:
         return None
     initial = _matrix(found["position_initial"]) if "position_initial" in found else position
     exact = _component(found["stress_exact"][-1]) if "stress_exact" in found else None
-    return Field(one.label, file, one, position, initial, stress, exact)
+    return Field(one, position, initial, stress, exact)
 
 
 def _matrix(values: np.ndarray) -> np.ndarray:
@@ -110,16 +106,13 @@ def line_of_particles(initial: np.ndarray) -> np.ndarray:
         coordinate = initial[:, d]
         middle = 0.5 * (coordinate.min() + coordinate.max())
         extent = np.ptp(initial, axis=0)
-        spacing = float(np.prod(extent[extent > 0]) / len(initial)) ** (
-            1.0 / max(1, int((extent > 0).sum()))
-        )
+        sides = extent[extent > 0]
+        spacing = float(np.prod(sides) / len(initial)) ** (1.0 / max(1, len(sides)))
         nearest = coordinate[np.argmin(np.abs(coordinate - middle))]
         row = np.abs(coordinate - nearest) < 1e-6 * max(spacing, 1e-300)
-        inside &= (
-            row
-            if row.sum() >= 0.5 * extent[0] / spacing
-            else np.abs(coordinate - middle) <= 0.5 * spacing
-        )
+        if row.sum() < 0.5 * extent[0] / spacing:
+            row = np.abs(coordinate - middle) <= 0.5 * spacing
+        inside &= row
     chosen = np.flatnonzero(inside)
     return chosen[np.argsort(initial[chosen, 0], kind="stable")]
 
@@ -128,26 +121,16 @@ def stress_profile(fields: list[Field]) -> Figure | None:
     """Stress along the first axis, one panel per curve; the exact solution in black."""
     if not fields:
         return None
-    figure, panels = _panels(len(fields), height=1.25, sharey=True)
+    figure, axes_of = _panels(fields, height=1.25)
     points = sum(len(field.stress) for field in fields)
-    for field, axes in zip(fields, panels, strict=False):
+    for field, axes in axes_of:
         row = line_of_particles(field.initial)
         x = field.position[row, 0]
         if field.exact is not None:
             axes.plot(x, field.exact[row], label="exact", **style.EXACT)
-        axes.plot(
-            x,
-            field.stress[row],
-            linestyle="none",
-            marker=".",
-            color=style.colour(field.series.method),
-            ms=2.2,
-            mew=0,
-            rasterized=points > VECTOR_POINTS,
-        )
-        axes.set_title(wrapped(field.label, TITLE_WIDTH), pad=3, size=7)
-    figure.supxlabel("position $x_1$ [m]", size=8)
-    figure.supylabel(r"stress $\sigma_{11}$ [Pa]", size=8)
+        look = style.dots(field.series.method, 2.2) | {"rasterized": points > VECTOR_POINTS}
+        axes.plot(x, field.stress[row], **look)
+    name_axes(figure, "position $x_1$ [m]", r"stress $\sigma_{11}$ [Pa]")
     return figure
 
 
@@ -156,7 +139,7 @@ def particle_map(fields: list[Field]) -> Figure | None:
     fields = [field for field in fields if field.position.shape[1] >= 2]
     if not fields:
         return None
-    figure, panels = _panels(len(fields), height=1.45, sharey=True)
+    figure, axes_of = _panels(fields, height=1.45)
     every = np.concatenate(
         [field.stress if field.exact is None else field.exact for field in fields]
     )
@@ -165,7 +148,7 @@ def particle_map(fields: list[Field]) -> Figure | None:
     if crossing_zero:
         low, high = -max(-low, high), max(-low, high)
     drawn: Any = None
-    for field, axes in zip(fields, panels, strict=False):
+    for field, axes in axes_of:
         slab = _slice(field.initial)
         drawn = axes.scatter(
             field.position[slab, 0],
@@ -179,14 +162,11 @@ def particle_map(fields: list[Field]) -> Figure | None:
             rasterized=True,
         )
         axes.set_aspect("equal")
-        axes.set_title(wrapped(field.label, TITLE_WIDTH), pad=3, size=7)
         axes.grid(False)
-    bar = figure.colorbar(
-        drawn, ax=list(panels), shrink=0.8, aspect=30, location="top", extend="both"
-    )
-    bar.set_label(r"stress $\sigma_{11}$ [Pa]")
-    figure.supxlabel("position $x_1$ [m]", size=8)
-    figure.supylabel("position $x_2$ [m]", size=8)
+    look: dict[str, Any] = {"shrink": 0.8, "aspect": 30, "location": "top", "extend": "both"}
+    places = [axes for _, axes in axes_of]
+    figure.colorbar(drawn, ax=places, label=r"stress $\sigma_{11}$ [Pa]", **look)
+    name_axes(figure, "position $x_1$ [m]", "position $x_2$ [m]")
     return figure
 
 
@@ -199,13 +179,10 @@ def _slice(initial: np.ndarray) -> np.ndarray:
     return np.flatnonzero(np.abs(z - 0.5 * (z.min() + z.max())) <= 0.5 * spacing)
 
 
-def _panels(count: int, height: float, sharey: bool) -> tuple[Figure, list[Axes]]:
-    """A figure one column wide with panels two abreast."""
-    columns = min(2, count)
-    rows = -(-count // columns)
-    figure = Figure(figsize=(style.COLUMN, 0.45 + height * rows), layout="constrained")
-    grid = figure.subplots(rows, columns, sharex=True, sharey=sharey, squeeze=False)
-    panels = list(grid.ravel())
-    for empty in panels[count:]:
-        empty.remove()
-    return figure, panels[:count]
+def _panels(fields: list[Field], height: float) -> tuple[Figure, list[tuple[Field, Axes]]]:
+    """A figure one column wide, and each field with its panel; they stand two abreast."""
+    columns = min(2, len(fields))
+    figure, panels = tiles(len(fields), columns, height, width=style.COLUMN, margin=0.45)
+    for field, axes in zip(fields, panels, strict=True):
+        axes.set_title(wrapped(field.series.label, TITLE_WIDTH), pad=3, size=7)
+    return figure, list(zip(fields, panels, strict=True))

@@ -1,5 +1,6 @@
 """Runs of one problem sorted into curves: the key they sweep, and what tells curves apart."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -102,6 +103,11 @@ class Study:
     axis: Axis
     series: list[Series]
 
+    @property
+    def longest(self) -> int:
+        """Most values along the axis that one curve has."""
+        return max(one.runs.axis_value.nunique() for one in self.series)
+
     def values(self) -> list[float]:
         """All values along the axis, coarse to fine."""
         values = sorted(
@@ -112,46 +118,40 @@ class Study:
 
 def studies(campaign: Campaign) -> list[Study]:
     """One study for each problem, along its main axis."""
-    problems = sorted(set(campaign.runs.problem)) if len(campaign.runs) else []
-    return [study for problem in problems for study in _studies_of_problem(campaign, problem)[:1]]
+    return [found[0] for found in _by_problem(campaign)]
 
 
 def further_studies(campaign: Campaign) -> list[Study]:
     """Studies along the other numeric keys that some curve sweeps with at least three values."""
-    problems = sorted(set(campaign.runs.problem)) if len(campaign.runs) else []
-    return [study for problem in problems for study in _studies_of_problem(campaign, problem)[1:]]
+    return [study for found in _by_problem(campaign) for study in found[1:]]
 
 
-def _studies_of_problem(campaign: Campaign, problem: str) -> list[Study]:
-    runs = campaign.runs[campaign.runs.problem == problem]
-    settings = campaign.settings.loc[runs.index].copy()
-    for key in PREFERRED_AXES:  # what was used, not what was asked for (`auto`)
-        if key in settings and runs[key].notna().all():
-            settings[key] = runs[key]
-    varying = _varying_keys(runs, settings)
-    numeric = [
-        key for key in varying if pd.to_numeric(settings[key], errors="coerce").notna().any()
-    ]
-    numeric = [
-        key for key in numeric if not settings[key].map(lambda value: isinstance(value, bool)).any()
-    ]
-    candidates = [key for key in PREFERRED_AXES if key in numeric]
-    candidates += sorted(
-        (k for k in numeric if k not in PREFERRED_AXES), key=lambda k: (-settings[k].nunique(), k)
-    )
-    if not candidates:
-        settings["resolution"] = runs.resolution
-        candidates = ["resolution"]
-    main = _study(campaign, problem, runs, settings, varying, candidates[0])
-    others = [_study(campaign, problem, runs, settings, varying, key) for key in candidates[1:]]
-    return [
-        main,
-        *(
-            study
-            for study in others
-            if any(one.runs.axis_value.nunique() >= 3 for one in study.series)
-        ),
-    ]
+def _by_problem(campaign: Campaign) -> Iterator[list[Study]]:
+    """The studies of each problem, the one along its main axis first."""
+    for problem in sorted(set(campaign.runs.problem)) if len(campaign.runs) else ():
+        runs = campaign.runs[campaign.runs.problem == problem]
+        settings = campaign.settings.loc[runs.index].copy()
+        for key in PREFERRED_AXES:  # what was used, not what was asked for (`auto`)
+            if key in settings and runs[key].notna().all():
+                settings[key] = runs[key]
+        varying = _varying_keys(runs, settings)
+        numeric = [key for key in varying if _is_numeric(settings[key])]
+        others = [key for key in numeric if key not in PREFERRED_AXES]
+        candidates = [key for key in PREFERRED_AXES if key in numeric]
+        candidates += sorted(others, key=lambda key: (-settings[key].nunique(), key))
+        if not candidates:
+            settings["resolution"] = runs.resolution
+            candidates = ["resolution"]
+        main, *more = (
+            _study(campaign, problem, runs, settings, varying, key) for key in candidates
+        )
+        yield [main, *(study for study in more if study.longest >= 3)]
+
+
+def _is_numeric(column: pd.Series) -> bool:
+    """Whether a setting is a number in some run, and a switch in none."""
+    some = pd.to_numeric(column, errors="coerce").notna().any()
+    return bool(some) and not any(isinstance(value, bool) for value in column)
 
 
 def _varying_keys(runs: pd.DataFrame, settings: pd.DataFrame) -> list[str]:
@@ -177,14 +177,10 @@ def _study(
     that goes with the resolution, or the parameters that go with a material, do not split curves.
     """
     runs = runs.assign(axis_value=pd.to_numeric(settings[along], errors="coerce"))
-    parts = pd.DataFrame(
-        {"method": runs.method, "basis": runs.basis, "axis": runs.axis_value.map(repr)}
-    )
+    parts = runs[["method", "basis"]].assign(axis=runs.axis_value.map(repr))
     kept: list[str] = []
-    ordered = sorted(
-        (key for key in varying if key != along), key=lambda key: key in PREFERRED_AXES
-    )
-    for key in ordered:
+    others = [key for key in varying if key != along]
+    for key in sorted(others, key=lambda key: key in PREFERRED_AXES):
         finer = parts.assign(**{key: settings[key].map(repr)})
         if len(finer.drop_duplicates()) > len(parts.drop_duplicates()):
             parts, kept = finer, [*kept, key]
@@ -195,13 +191,9 @@ def _study(
         local = [key for key in kept if settings.loc[pair.index, key].map(repr).nunique() > 1]
         variants: dict[tuple[tuple[str, Any], ...], list[str]] = {}
         for file in pair.index:
-            variants.setdefault(tuple((key, settings.at[file, key]) for key in local), []).append(
-                str(file)
-            )
-        curves += [
-            (method, basis, variant, variants[variant])
-            for variant in sorted(variants, key=_sortable)
-        ]
+            variant = tuple((key, settings.at[file, key]) for key in local)
+            variants.setdefault(variant, []).append(str(file))
+        curves += [(method, basis, one, variants[one]) for one in sorted(variants, key=_sortable)]
 
     names = dict.fromkeys(variant_name(curve[2]) for curve in curves if curve[2])
     ranks = {name: k for k, name in enumerate(names)}
@@ -270,11 +262,15 @@ def floor_of(series: Series) -> float | None:
     if "predicted_temporal_floor" not in series.ok:
         return None
     values = series.ok.predicted_temporal_floor.dropna()
-    return (
-        float(values.iloc[0])
-        if len(values) and np.allclose(values, values.iloc[0], rtol=1e-6, atol=0.0)
-        else None
-    )
+    agree = len(values) and np.allclose(values, values.iloc[0], rtol=1e-6, atol=0.0)
+    return float(values.iloc[0]) if agree else None
+
+
+def orders_of(study: Study, quantity: str) -> dict[str, OrderEstimate]:
+    """The order of each curve that has one, by its label."""
+    some = {one.label: one for one in study.series if len(one.finite(quantity))}
+    found = {label: order_of(study, one, quantity) for label, one in some.items()}
+    return {label: order for label, order in found.items() if order is not None}
 
 
 def order_of(study: Study, series: Series, quantity: str) -> OrderEstimate | None:
@@ -283,13 +279,12 @@ def order_of(study: Study, series: Series, quantity: str) -> OrderEstimate | Non
         return None
     errors = series.finite(quantity).groupby("axis_value")[quantity].median()
     values = errors.index.to_numpy(float)
+    limited = quantity == "error_displacement_rms" and study.axis.power == -1
     return estimate_order(
         values**study.axis.power,
         errors.to_numpy(float),
         labels=[f"{value:g}" for value in values],
         label_unit=study.axis.unit,
         error_unit=study.campaign.units.get(quantity, ""),
-        predicted_floor=floor_of(series)
-        if quantity == "error_displacement_rms" and study.axis.power == -1
-        else None,
+        predicted_floor=floor_of(series) if limited else None,
     )

@@ -94,6 +94,11 @@ def line(method: str, basis: str, rank: int = 0) -> dict[str, Any]:
     }
 
 
+def dots(method: str, size: float) -> dict[str, Any]:
+    """Keywords of `Axes.plot` for particles in the colour of their method."""
+    return {"linestyle": "none", "marker": ".", "color": colour(method), "ms": size, "mew": 0}
+
+
 def _stable(name: str) -> int:
     """A number that depends on the name only (Python's own hash changes from run to run)."""
     return hashlib.sha256(name.encode()).digest()[0]

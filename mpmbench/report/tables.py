@@ -3,10 +3,12 @@
 import csv
 import io
 import re
-from dataclasses import dataclass, field
+from collections.abc import Collection
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from mpmbench.analysis.convergence import OrderEstimate, order_with_interval
 from mpmbench.report.figures import quantity_label
@@ -68,16 +70,26 @@ class Table:
     ----------
     name : str
         Stem of its files.
-    numeric : tuple of int
+    rows : list of list of Cell
+        Other values become cells without files.
+    numeric : collection of int
         Columns that are set flush right.
     """
 
     name: str
     title: str
     columns: list[str]
-    rows: list[list[Cell]]
+    rows: list[list[Any]]
     note: str = ""
-    numeric: tuple[int, ...] = field(default=())
+    numeric: Collection[int] = ()
+
+    def __post_init__(self) -> None:
+        cells = [[one if isinstance(one, Cell) else Cell(one) for one in row] for row in self.rows]
+        object.__setattr__(self, "rows", cells)
+
+    def __bool__(self) -> bool:
+        """Whether there is anything in it."""
+        return bool(self.rows)
 
     def csv(self) -> str:
         """All digits, and the result files of each row in a last column."""
@@ -124,7 +136,7 @@ def _latex(text: str) -> str:
     )
 
 
-def orders(study: Study, estimates: dict[str, dict[str, OrderEstimate]]) -> Table | None:
+def orders(study: Study, estimates: dict[str, dict[str, OrderEstimate]]) -> Table:
     """Order, interval, floor and verdict of each curve; `estimates` by quantity and by label."""
     rows = []
     for quantity, by_label in estimates.items():
@@ -133,78 +145,66 @@ def orders(study: Study, estimates: dict[str, dict[str, OrderEstimate]]) -> Tabl
             if one.label not in by_label or runs.axis_value.nunique() < 2:
                 continue
             found = by_label[one.label]
-            levels = [Cell(f"{value:g}", (str(file),)) for file, value in runs.axis_value.items()]
+            levels = " ".join(f"{value:g}" for value in runs.axis_value)
             rows.append(
                 [
-                    Cell(one.label),
-                    Cell(quantity_label(study, quantity)),
-                    Cell(order_with_interval(found) if np.isfinite(found.order) else "none"),
-                    Cell(", ".join(f"{slope:.2f}" for slope in found.local)),
-                    Cell(found.floor if found.floor > 0 else ""),
-                    Cell(found.verdict),
-                    Cell(
-                        " ".join(cell.value for cell in levels),
-                        tuple(cell.files[0] for cell in levels),
-                    ),
+                    one.label,
+                    quantity_label(study, quantity),
+                    order_with_interval(found) if np.isfinite(found.order) else "none",
+                    ", ".join(f"{slope:.2f}" for slope in found.local),
+                    found.floor if found.floor > 0 else "",
+                    found.verdict,
+                    Cell(levels, tuple(map(str, runs.index))),
                 ]
             )
-    if not rows:
-        return None
     columns = ["curve", "error", "order p", "local slopes", "floor", "verdict", study.axis.unit]
     return Table(f"{study.problem}-orders", "Orders of convergence", columns, rows, numeric=(4,))
 
 
-def errors(study: Study, quantity: str) -> Table | None:
+def errors(study: Study, quantity: str) -> Table:
     """One error of every curve at every value of the axis; a failed run shows its status."""
     values = study.values()
-    rows = []
-    for one in study.series:
-        if len(one.finite(quantity)):
-            rows.append([Cell(one.label), *(_value_at(one, value, quantity) for value in values)])
-    if not rows:
-        return None
+    rows = [
+        [one.label, *(_value_at(one, value, quantity) for value in values)]
+        for one in study.series
+        if len(one.finite(quantity))
+    ]
     columns = ["curve", *(f"{value:g} {study.axis.unit}" for value in values)]
     name = f"{study.problem}-{quantity.removesuffix('_rms')}-{study.axis.key.replace('.', '_')}"
-    return Table(
-        name, quantity_label(study, quantity), columns, rows, numeric=tuple(range(1, len(columns)))
-    )
+    numeric = range(1, len(columns))
+    return Table(name, quantity_label(study, quantity), columns, rows, numeric=numeric)
+
+
+def median(runs: pd.DataFrame, quantity: str) -> Cell:
+    """Median of a quantity of some runs, with their files; empty without runs."""
+    if not len(runs):
+        return Cell()
+    return Cell(float(runs[quantity].median()), tuple(map(str, runs.index)))
 
 
 def _value_at(one: Series, value: float, quantity: str) -> Cell:
     runs = one.runs[one.runs.axis_value == value]
     ok = runs[runs.status == "ok"]
-    if len(ok) and quantity in ok:
-        return Cell(float(ok[quantity].median()), tuple(map(str, ok.index)))
-    return (
-        Cell(runs.status.iloc[0].replace("_", " "), tuple(map(str, runs.index)))
-        if len(runs)
-        else Cell()
-    )
+    if len(runs) and not (len(ok) and quantity in ok):
+        return Cell(runs.status.iloc[0].replace("_", " "), tuple(map(str, runs.index)))
+    return median(ok, quantity)
 
 
-def timings(study: Study) -> Table | None:
+def timings(study: Study) -> Table:
     """Solver times of runs that had the machine to themselves, and ratios to linear MPM."""
     values = study.values()
     rows = []
     missing_base = False
     for one in study.series:
         base = _baseline(study, one)
-        row = [Cell(one.label)]
+        row: list[Any] = [one.label]
         for value in values:
             time = _time_at(one, value)
-            reference = _time_at(base, value) if base is not None else Cell()
-            known = isinstance(time.value, float) and isinstance(reference.value, float)
-            missing_base |= isinstance(time.value, float) and not known
-            ratio = (
-                Cell(time.value / reference.value, time.files + reference.files)
-                if known
-                else Cell()
-            )
-            row += [time, ratio]
-        if any(isinstance(cell.value, float) for cell in row):
+            over = ratio(time, _time_at(base, value) if base is not None else Cell())
+            missing_base |= isinstance(time.value, float) and over.value == ""
+            row += [time, over]
+        if any(isinstance(cell.value, float) for cell in row[1:]):
             rows.append(row)
-    if not rows:
-        return None
     columns = ["curve"]
     for value in values:
         columns += [f"{value:g} {study.axis.unit} [s]", "ratio"]
@@ -214,75 +214,73 @@ def timings(study: Study) -> Table | None:
     )
     note += " A ratio is missing where MPM linear has no exclusive timing." if missing_base else ""
     note += f" {left_out} runs that shared the machine are left out." if left_out else ""
-    numeric = tuple(range(1, len(columns)))
+    numeric = range(1, len(columns))
     return Table(f"{study.problem}-timings", "Solver time", columns, rows, note, numeric)
+
+
+def ratio(above: Cell, below: Cell) -> Cell:
+    """Quotient of two cells with the files of both; empty unless both are numbers."""
+    known = isinstance(above.value, float) and isinstance(below.value, float) and below.value != 0.0
+    return Cell(above.value / below.value, above.files + below.files) if known else Cell()
 
 
 def _baseline(study: Study, one: Series) -> Series | None:
     """Linear MPM with the same variant, otherwise lumped, otherwise the first."""
     linear = [base for base in study.series if (base.method, base.basis) == ("mpm", "linear")]
-    if not linear:
-        return None
     same = [base for base in linear if base.variant == one.variant]
     lumped = [base for base in linear if set(base.runs["mass"]) == {"lumped"}]
-    return (same or lumped or linear)[0]
+    return next(iter(same or lumped or linear), None)
 
 
 def _time_at(one: Series, value: float) -> Cell:
     runs = one.finite("solver_time")
     runs = runs[(runs.axis_value == value) & (runs.timing_context == "exclusive")]
-    return (
-        Cell(float(runs.solver_time.median()), tuple(map(str, runs.index))) if len(runs) else Cell()
-    )
+    return median(runs, "solver_time")
 
 
-def failures(study: Study) -> Table | None:
+def failures(study: Study) -> Table:
     """Every run without a result, with its reason."""
-    labels = {file: one.label for one in study.series for file in one.runs.index}
-    bad = study.runs[study.runs.status != "ok"]
+    labels = _labels(study)
     rows = [
         [
-            Cell(labels.get(file, "")),
-            Cell(float(row.resolution)),
-            Cell(row.status.replace("_", " ")),
-            Cell(row.reason),
-            Cell(float(row.get("time_reached", np.nan))),
+            labels.get(file, ""),
+            float(row.resolution),
+            row.status.replace("_", " "),
+            row.reason,
+            float(row.get("time_reached", np.nan)),
             Cell(file, (str(file),)),
         ]
-        for file, row in bad.iterrows()
+        for file, row in study.runs[study.runs.status != "ok"].iterrows()
     ]
     columns = ["curve", "cells", "status", "reason", "time reached [s]", "file"]
     title = "Runs that failed or do not apply"
-    return (
-        Table(f"{study.problem}-failures", title, columns, rows, numeric=(1, 4)) if rows else None
-    )
+    return Table(f"{study.problem}-failures", title, columns, rows, numeric=(1, 4))
 
 
 def all_runs(study: Study) -> Table:
     """Every run with its numbers and its file: where each number of the report comes from."""
-    labels = {file: one.label for one in study.series for file in one.runs.index}
+    labels = _labels(study)
     quantities = [name for name in (*OVERVIEW, *COUNTS, *COSTS) if name in study.runs]
+    others = [file for file in study.runs.index if file not in labels]
     rows = []
-    order = {file: k for k, file in enumerate(labels)}
-    for file in sorted(study.runs.index, key=lambda name: order.get(name, len(order))):
+    for file in (*labels, *others):
         row = study.runs.loc[file]
-        head = [Cell(labels.get(file, "")), Cell(float(row.resolution)), Cell(float(row.time_step))]
-        numbers = [Cell(float(row[name]), (str(file),)) for name in quantities]
         rows.append(
             [
-                *head,
-                *numbers,
-                Cell(row.timing_context),
-                Cell(row.status.replace("_", " ")),
+                labels.get(file, ""),
+                *(float(row.resolution), float(row.time_step)),
+                *(Cell(float(row[name]), (str(file),)) for name in quantities),
+                row.timing_context,
+                row.status.replace("_", " "),
                 Cell(file, (file,)),
             ]
         )
-    columns = [
-        "curve",
-        "cells",
-        "time step [s]",
-        *(quantity_label(study, name) for name in quantities),
-    ]
-    columns += ["timing", "status", "file"]
-    numeric = tuple(range(1, 3 + len(quantities)))
+    names = [quantity_label(study, name) for name in quantities]
+    columns = ["curve", "cells", "time step [s]", *names, "timing", "status", "file"]
+    numeric = range(1, 3 + len(quantities))
     return Table(f"{study.problem}-runs", "All runs", columns, rows, numeric=numeric)
+
+
+def _labels(study: Study) -> dict[Any, str]:
+    """The curve of each run, curve by curve."""
+    return {file: one.label for one in study.series for file in one.runs.index}

@@ -22,5 +22,5 @@ PAPER = Paper(
         beyond.dynamic_chapter,
         beyond.patch_chapter,
     ),
-    claims=claims.CLAIMS,
+    claims=tuple(claims.claim),
 )

@@ -1,20 +1,14 @@
 """Beyond the paper: the falling cantilever with all methods, and the patch test of clouds."""
 
+from typing import Any
+
 from mpmbench.papers.iaconeta2017.support import METHODS, history, look
 from mpmbench.papers.kit import Campaigns, Chapter, cell
-from mpmbench.papers.parts import (
-    along,
-    files_of,
-    numbers,
-    panels,
-    quantities,
-    single,
-    thinned,
-)
+from mpmbench.papers.parts import along, numbers, quantities, thinned
 from mpmbench.report import style
-from mpmbench.report.tables import Cell
+from mpmbench.report.figures import panels, single
 
-DYNAMIC: dict[str, tuple[dict[str, object], str, str]] = {
+DYNAMIC: dict[str, tuple[dict[str, Any], str, str]] = {
     "UL-FEM, 16 x 4": ({"method": "fem", "resolution": 16}, "#f5c36b", "-"),
     "UL-FEM, 32 x 8": ({"method": "fem", "resolution": 32}, "#E69F00", "-"),
     "UL-FEM, 64 x 16": ({"method": "fem", "resolution": 64}, "#9c6c00", "-"),
@@ -27,10 +21,7 @@ DYNAMIC: dict[str, tuple[dict[str, object], str, str]] = {
     "GMM-LME, frozen": ({"basis": "lme", "method__shape_functions": "frozen"}, "#009E73", "-"),
     "GMM-LME, updated": ({"basis": "lme", "method__shape_functions": "updated"}, "#009E73", ":"),
 }
-FIRST_MINIMUM, LATE_MAXIMUM = (
-    (1.0475, -3.304),
-    (2.635, 0.042),
-)  # quadratic finite elements, 24 x 6 cells
+FIRST_MINIMUM, LATE_MAXIMUM = (1.0475, -3.304), (2.635, 0.042)  # quadratic, 24 x 6 cells
 SCALARS = (
     "first_minimum",
     "lag_of_first_minimum",
@@ -51,44 +42,26 @@ def dynamic_chapter(campaigns: Campaigns) -> Chapter:
     )
     figure, axes = panels(1, 3, 2.9)
     groups = (("UL-FEM",), ("implicit MPM", "explicit MPM"), ("GMM",))
-    files, rows = [], []
+    rows = []
     for name, (match, colour, line) in DYNAMIC.items():
-        file, found = history(campaigns, "dynamic", "time", "tip_displacement", **match)
-        files.append(file)
+        _, found = history(campaigns, "dynamic", "time", "tip_displacement", **match)
         column = next(k for k, group in enumerate(groups) if name.startswith(group))
-        axes[0, column].plot(
-            *thinned(found["time"], found["tip_displacement"]),
-            color=colour,
-            ls=line,
-            lw=1.1,
-            label=name,
-        )
-        rows.append([Cell(name), *quantities(campaigns, "dynamic", SCALARS, **match)])
+        curve = thinned(found["time"], found["tip_displacement"])
+        axes[0, column].plot(*curve, color=colour, ls=line, lw=1.1, label=name)
+        rows.append([name, *quantities(campaigns, "dynamic", SCALARS, **match)])
     for axis in axes[0]:
-        axis.plot(
-            *zip(FIRST_MINIMUM, LATE_MAXIMUM, strict=True), "k+", ms=8, label="quadratic elements"
-        )
+        extrema = zip(FIRST_MINIMUM, LATE_MAXIMUM, strict=True)
+        axis.plot(*extrema, "k+", ms=8, label="quadratic elements")
         axis.set_xlabel("time [s]")
         axis.set_ylim(-4.2, 1.9)
         axis.set_yticks(range(-4, 1))
         axis.legend(fontsize=6, loc="upper left")
     axes[0, 0].set_ylabel("vertical displacement of the corner [m]")
-    page.draw(
-        "tip",
-        "Displacement of the lower right corner",
-        "MPM with 16 particles per cell.",
-        figure,
-        files,
-    )
-    columns = [
-        "method",
-        "first minimum [m]",
-        "its delay [s]",
-        "late maximum [m]",
-        "its delay [s]",
-        "energy drift",
-    ]
-    page.tabulate("extrema", "Extrema", [*columns, "solver time [s]"], rows, numeric=range(1, 7))
+    caption = "MPM with 16 particles per cell."
+    page.draw("tip", "Displacement of the lower right corner", caption, figure)
+    columns = ["method", "first minimum [m]", "its delay [s]", "late maximum [m]", "its delay [s]"]
+    columns += ["energy drift", "solver time [s]"]
+    page.tabulate("extrema", "Extrema", columns, rows, numeric=range(1, 7))
     page.notes += _findings(campaigns)
     return page
 
@@ -123,24 +96,21 @@ def patch_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter("patch", "Beyond the paper: integration error of clouds on irregular nodes")
     page.statement = "A linear displacement at the boundary, which every basis can represent, must continue inside."
     figure, axes = single(height=2.8, width=1.2 * style.COLUMN)
-    files: list[str] = []
     rows = []
-    narrow = {"basis": "lme", "basis__relative_radius": 2.0}
-    wide = {"basis": "lme", "basis__relative_radius": 3.0}
-    curves: dict[str, tuple[dict[str, object], dict[str, object]]] = {
-        "UL-FEM": (dict(METHODS["UL-FEM"]), look("UL-FEM")),
-        "GMM-MLS": (dict(METHODS["GMM-MLS"]), look("GMM-MLS")),
-        "GMM-LME, R = 2 h": (narrow, look("GMM-LME")),
-        "GMM-LME, R = 3 h": (wide, look("GMM-LME") | {"markerfacecolor": "white"}),
+    curves: dict[str, dict[str, Any]] = {
+        "UL-FEM": METHODS["UL-FEM"],
+        "GMM-MLS": METHODS["GMM-MLS"],
+        "GMM-LME, R = 2 h": {"basis": "lme", "basis__relative_radius": 2.0},
+        "GMM-LME, R = 3 h": {"basis": "lme", "basis__relative_radius": 3.0},
     }
-    for name, (match, line) in curves.items():
-        found = along(
-            campaigns, "patch", "error_displacement_relative", "resolution", PATCH, **match
-        )
+    wanted = ("patch", "error_displacement_relative", "resolution", PATCH)
+    for name, match in curves.items():
+        found = along(campaigns, *wanted, **match)
         if name != "UL-FEM":
-            axes.loglog(PATCH, numbers(found), **line | {"label": name})
-        files += files_of(found)
-        rows.append([Cell(name), *found])
+            hollow = {"markerfacecolor": "white"} if name.endswith("3 h") else {}
+            line = look(name.partition(",")[0]) | hollow | {"label": name}
+            axes.loglog(PATCH, numbers(found), **line)
+        rows.append([name, *found])
     axes.loglog([8, 64], [4e-3, 5e-4], color="#888888", lw=0.8, label="slope 1")
     axes.set_xlabel("cells along the square")
     axes.set_ylabel("relative RMS displacement error")
@@ -152,7 +122,7 @@ def patch_chapter(campaigns: Campaigns) -> Chapter:
         "Square of irregular triangles with three points each, strains of 10 %, one load step. The "
         "errors of UL-FEM are in the table."
     )
-    page.draw("errors", "Patch test", caption, figure, files)
+    page.draw("errors", "Patch test", caption, figure)
     columns = ["method", *(f"{n} cells" for n in PATCH)]
     page.tabulate("errors", "Relative displacement errors", columns, rows, numeric=(1, 2, 3, 4))
     return page

@@ -1,24 +1,17 @@
 """The static cantilever: Figs. 5-7, and beyond them search radii, locality and load steps."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator
 
 from mpmbench.papers.iaconeta2017.support import METHODS, contours, history, look
 from mpmbench.papers.kit import Campaigns, Chapter, cell
-from mpmbench.papers.parts import (
-    along,
-    files_of,
-    numbers,
-    panels,
-    quantities,
-    ratio,
-    single,
-    ticks,
-    with_digits,
-)
+from mpmbench.papers.parts import along, numbers, of_file, quantities, ticks, with_digits
 from mpmbench.report import style
-from mpmbench.report.tables import Cell
+from mpmbench.report.figures import panels, single
+from mpmbench.report.tables import ratio
 
 SIZES = (16, 32, 64, 128, 800)
 STEPS = (1, 2, 5, 10, 20, 50)
@@ -26,13 +19,13 @@ ROOT = 2.0**0.5
 RADII = (ROOT, 1.7, 2.0, 2.5, 3.0)
 COST = ("error_tip", "solver_time")
 # colour, marker and match of each curve of error against cost
-CLOUDS: dict[str, tuple[str, str, dict[str, object]]] = {
+CLOUDS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "GMM-MLS": ("#CC79A7", "v", {"method": "gmm", "basis": "mls"}),
     **{
         f"GMM-LME, gamma = {gamma:g}": (
             colour,
             marker,
-            {"method": "gmm", "basis": "lme", "basis__gamma": gamma},
+            METHODS["GMM-LME"] | {"basis__gamma": gamma},
         )
         for gamma, colour, marker in (
             (0.8, "#66c2a5", "d"),
@@ -49,54 +42,28 @@ def fields_chapter(campaigns: Campaigns) -> Chapter:
     page.statement = "The paper: the results are in good agreement for all the methods."
     figure, axes = panels(4, 2, 4.3)
     sinking, stretching = np.linspace(-0.7, 0.0, 15), np.linspace(-1.8, 1.8, 19)
-    files, rows = [], []
-    for k, (name, match) in enumerate(METHODS.items()):
-        file, found = history(
-            campaigns, "fields", "position_initial", "position", "displacement", "stress", **match
-        )
-        files.append(file)
+    rows = []
+    wanted = ("position_initial", "position", "displacement", "stress")
+    for (left, right), (name, match) in zip(axes, METHODS.items(), strict=True):
+        file, found = history(campaigns, "fields", *wanted, **match)
         start, position = found["position_initial"], found["position"][-1]
-        u, stress = found["displacement"][-1][:, 1], found["stress"][-1][:, 0, 0]
-        left = contours(axes[k, 0], start, position, u, sinking, "viridis")
-        right = contours(axes[k, 1], start, position, stress / 1e6, stretching, "RdBu_r")
-        axes[k, 0].set_ylabel(name)
-        rows.append(
-            [
-                Cell(name),
-                with_digits(7, cell(campaigns, "fields", "tip_deflection", **match)),
-                Cell(float(stress.min() / 1e6), (file,)),
-                Cell(float(stress.max() / 1e6), (file,)),
-            ]
-        )
+        u, stress = found["displacement"][-1][:, 1], found["stress"][-1][:, 0, 0] / 1e6
+        sunk = contours(left, start, position, u, sinking, "viridis")
+        stretched = contours(right, start, position, stress, stretching, "RdBu_r")
+        left.set_ylabel(name)
+        tip = with_digits(7, cell(campaigns, "fields", "tip_deflection", **match))
+        rows.append([name, tip, *of_file(file, stress.min(), stress.max())])
     for axis in axes.ravel():
         axis.set(xlim=(-0.1, 8.2), ylim=(-0.8, 1.1), yticks=(0, 1))
         axis.tick_params(labelsize=6, labelbottom=axis in axes[-1])
-    figure.colorbar(
-        left,
-        ax=axes[:, 0],
-        location="bottom",
-        label="vertical displacement [m]",
-        shrink=0.8,
-        aspect=40,
-    )
-    figure.colorbar(
-        right,
-        ax=axes[:, 1],
-        location="bottom",
-        label="stress along the beam [MPa]",
-        shrink=0.8,
-        aspect=40,
-    )
+    below: dict[str, Any] = {"location": "bottom", "shrink": 0.8, "aspect": 40}
+    figure.colorbar(sunk, ax=axes[:, 0], label="vertical displacement [m]", **below)
+    figure.colorbar(stretched, ax=axes[:, 1], label="stress along the beam [MPa]", **below)
     caption = "Left Fig. 5, right Fig. 6. h = 0.125 m, one load step; deformed shapes without magnification, in metres."
-    page.draw("maps", "Displacement and Cauchy stress along the beam", caption, figure, files)
+    page.draw("maps", "Displacement and Cauchy stress along the beam", caption, figure)
     columns = ["method", "deflection [m]", "least stress [MPa]", "largest stress [MPa]"]
-    page.tabulate(
-        "values",
-        "Deflection of A and range of the stress along the beam",
-        columns,
-        rows,
-        numeric=(1, 2, 3),
-    )
+    title = "Deflection of A and range of the stress along the beam"
+    page.tabulate("values", title, columns, rows, numeric=(1, 2, 3))
     return page
 
 
@@ -108,7 +75,6 @@ def fig7_chapter(campaigns: Campaigns) -> Chapter:
         "UL-FEM, MPM and GMM-MLS coincide, that of GMM-LME is shifted a bit upwards."
     )
     figure, axes = panels(1, 2, 2.9)
-    files: list[str] = []
     rows = []
     inverse = [n / 8.0 for n in SIZES]
     reference = np.full(len(SIZES), np.nan)
@@ -120,9 +86,8 @@ def fig7_chapter(campaigns: Campaigns) -> Chapter:
         line = look(name) | ({"markerfacecolor": "white", "zorder": 3} if name == "MPM" else {})
         axes[0, 0].loglog(inverse, values, **line)
         axes[0, 1].semilogx(inverse, values / reference, **line)
-        files += files_of(errors)
         deflections = along(campaigns, "fig7", "tip_deflection", "resolution", SIZES, **match)
-        rows.append([Cell(name), *(with_digits(7, found) for found in deflections)])
+        rows.append([name, *(with_digits(7, found) for found in deflections)])
     axes[0, 0].loglog([2.0, 16.0], [0.2, 0.2 / 64.0], color="#888888", lw=0.8, label="slope 2")
     for axis in axes[0]:
         axis.set_xlabel("1 / h [1/m]")
@@ -133,7 +98,7 @@ def fig7_chapter(campaigns: Campaigns) -> Chapter:
         "Left: error against -0.67436 m, h = 0.5 to 0.01 m. Right: the same errors over those of "
         "UL-FEM, with which MPM (hollow) coincides."
     )
-    page.draw("errors", "Error of the deflection", caption, figure, files)
+    page.draw("errors", "Error of the deflection", caption, figure)
     columns = ["method", *(f"h = {8.0 / n:g} m" for n in SIZES)]
     page.tabulate("deflections", "Deflection of A [m]", columns, rows, numeric=range(1, 6))
     page.notes.append(
@@ -151,11 +116,10 @@ def radius_chapter(campaigns: Campaigns) -> Chapter:
     rows = []
     for axis, n in zip(axes[0], (32, 64), strict=True):
         rows += _costs(axis, campaigns, n)
-    files = files_of(row[3] for row in rows if row[0].value != "UL-FEM")
     axes[0, 0].set_ylabel("relative error of the deflection")
     axes[0, 0].legend(fontsize=6)
     caption = "Numbers at the points are R / h. Moving least squares with R > sqrt(2) h are held by multipliers."
-    page.draw("cost", "Error against cost", caption, figure, files)
+    page.draw("cost", "Error against cost", caption, figure)
     columns = ["method", "R / h", "h [m]", "relative error", "solver time [s]"]
     page.tabulate("all", "All search radii", columns, rows, numeric=(3, 4))
     own = {"method": "gmm", "basis": "lme", "basis__gamma": 1.8, "resolution": 64}
@@ -170,30 +134,28 @@ def radius_chapter(campaigns: Campaigns) -> Chapter:
     return page
 
 
-def _costs(axis: Axes, campaigns: Campaigns, n: int) -> list[list[Cell]]:
+def _costs(axis: Axes, campaigns: Campaigns, n: int) -> list[list[Any]]:
     """Draw error against time on one mesh, and return the rows of the table."""
-    rows = []
+    rows: list[list[Any]] = []
     for name, (colour, marker, match) in CLOUDS.items():
         points = []
         for radius in RADII:
             here = {**match, "basis__relative_radius": radius, "resolution": n}
-            error, seconds = quantities(campaigns, "radius", COST, **here)
-            if isinstance(error.value, float):
-                points.append((radius, error.value, 1e3 * seconds.value))
-                where = [Cell(f"{radius:.3g}"), Cell(f"{8.0 / n:g}")]
-                rows.append([Cell(name), *where, error, seconds])
+            cost = quantities(campaigns, "radius", COST, **here)
+            if isinstance(cost[0].value, float):
+                points.append((1e3 * cost[1].value, cost[0].value))
+                rows.append([name, f"{radius:.3g}", f"{8.0 / n:g}", *cost])
+                axis.annotate(
+                    f"{radius:.2g}", points[-1], (2, 2), textcoords="offset points", fontsize=5
+                )
         if points:
-            _, errors, times = zip(*points, strict=True)
-            axis.loglog(times, errors, marker, color=colour, label=name, ls="-")
-        for radius, error_value, time in points:
-            place = (time, error_value)
-            text = f"{radius:.2g}"
-            axis.annotate(text, place, (2, 2), textcoords="offset points", fontsize=5)
+            curve = zip(*points, strict=True)
+            axis.loglog(*curve, marker, color=colour, label=name, ls="-")
     fem = quantities(campaigns, "radius", COST, method="fem", resolution=n)
-    error_value, time = numbers(fem)
-    if np.isfinite([error_value, time]).all():
-        axis.plot(time * 1e3, error_value, "o", color="#E69F00", label="UL-FEM")
-        rows.append([Cell("UL-FEM"), Cell(), Cell(f"{8.0 / n:g}"), *fem])
+    error, time = numbers(fem)
+    if np.isfinite([error, time]).all():
+        axis.plot(time * 1e3, error, "o", color="#E69F00", label="UL-FEM")
+        rows.append(["UL-FEM", "", f"{8.0 / n:g}", *fem])
     axis.set_xlabel("solver time [ms]")
     axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.xaxis.set_major_formatter("{x:g}")
@@ -207,36 +169,32 @@ def load_steps_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter("load_steps", "Beyond the paper: the same load in several steps")
     page.statement = "The paper: MPM and UL-FEM curves coincide. That is an identity when the load is applied at once."
     figure, axes = single(height=2.8, width=1.4 * style.COLUMN)
-    files: list[str] = []
     rows = []
-    variants: list[tuple[str, str, dict[str, object]]] = [
-        ("UL-FEM", "UL-FEM", {}),
-        ("MPM", "MPM", {"method__ghost_stiffness": 0.0}),
-        ("MPM, ghost stiffness 1e-6", "MPM", {"method__ghost_stiffness": 1e-6}),
-        ("GMM-MLS", "GMM-MLS", {}),
-        ("GMM-LME", "GMM-LME", {}),
-    ]
-    for label, name, more in variants:
-        match = METHODS[name] | more
-        found = along(
-            campaigns, "load_steps", "tip_deflection", "problem__load_steps", STEPS, **match
-        )
+    bare, ghost = ({"method__ghost_stiffness": stiffness} for stiffness in (0.0, 1e-6))
+    variants: dict[str, dict[str, Any]] = {
+        "UL-FEM": METHODS["UL-FEM"],
+        "MPM": METHODS["MPM"] | bare,
+        "MPM, ghost stiffness 1e-6": METHODS["MPM"] | ghost,
+        "GMM-MLS": METHODS["GMM-MLS"],
+        "GMM-LME": METHODS["GMM-LME"],
+    }
+    wanted = ("load_steps", "tip_deflection", "problem__load_steps", STEPS)
+    for label, match in variants.items():
+        found = along(campaigns, *wanted, **match)
         values = numbers(found)
-        style_of = look(name) | {"label": label}
-        if more.get("method__ghost_stiffness"):
-            style_of |= {"linestyle": ":", "markerfacecolor": "white"}
-        axes.semilogx(STEPS, 100.0 * (values / values[0] - 1.0), **style_of)
-        files += files_of(found)
+        line = look(label.partition(",")[0]) | {"label": label}
+        if "ghost" in label:
+            line |= {"linestyle": ":", "markerfacecolor": "white"}
+        axes.semilogx(STEPS, 100.0 * (values / values[0] - 1.0), **line)
         shown = [*found, ratio(found[-1], found[0])]
-        rows.append([Cell(label), *(with_digits(6, one) for one in shown)])
+        rows.append([label, *(with_digits(6, one) for one in shown)])
     axes.set_xlabel("number of load steps")
     axes.set_ylabel("change of the deflection [%]")
     ticks(axes, STEPS)
     axes.legend(fontsize=6)
     caption = "h = 0.25 m; change against one load step. Implicit MPM locates its particles anew after every step."
-    page.draw("drift", "Drift with the number of load steps", caption, figure, files)
+    page.draw("drift", "Drift with the number of load steps", caption, figure)
     columns = ["method", *(f"N = {n}" for n in STEPS), "N = 50 over N = 1"]
-    page.tabulate(
-        "deflections", "Deflection of A [m] after N load steps", columns, rows, numeric=range(1, 8)
-    )
+    title = "Deflection of A [m] after N load steps"
+    page.tabulate("deflections", title, columns, rows, numeric=range(1, 8))
     return page

@@ -4,12 +4,13 @@ from typing import Any
 
 from mpmbench.papers.iaconeta2017.support import history, look
 from mpmbench.papers.kit import Campaigns, Chapter, cell
-from mpmbench.papers.parts import panels, quantities, ratio, single, thinned
+from mpmbench.papers.parts import quantities, thinned
 from mpmbench.report import style
-from mpmbench.report.tables import Cell
+from mpmbench.report.figures import panels, single
+from mpmbench.report.tables import ratio
 
 STEPS = (4e-3, 2e-3, 1e-3)
-ROWS: dict[str, dict[str, object]] = {
+ROWS: dict[str, dict[str, Any]] = {
     "MPM": {"method": "implicit_mpm"},
     "GMM-MLS": {"method": "gmm", "basis": "mls", "basis__effective_radius": 2.0 / 3.0},
     "GMM-MLS, R_eff = R / 2": {"method": "gmm", "basis": "mls", "basis__effective_radius": 0.5},
@@ -27,7 +28,7 @@ PRINTED = {
     "GMM-LME, gamma = 2.8": ((0.52, 232.42), (0.07, 466.63), (0.06, 1038.70)),
 }
 SCALARS = ("error_sum", "error_centre_rms", "error_end_relative", "bounce_height", "solver_time")
-STUCK: dict[str, dict[str, object]] = {
+STUCK: dict[str, dict[str, Any]] = {
     "MPM, gap 0": {"method": "implicit_mpm", "problem__gap": 0.0},
     "GMM-MLS, gap 0": {"basis": "mls", "problem__gap": 0.0},
     "GMM-LME, gap 0": {"basis": "lme", "problem__gap": 0.0},
@@ -59,34 +60,27 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
 def _errors(page: Chapter, campaigns: Campaigns) -> None:
     """Table 1, with the numbers of the paper."""
     columns = ["method", "step [ms]", "error of Eq. 67 [m]", "RMS error [m]", "error at the end"]
-    columns += [
-        "bounce [m]",
-        "time [s]",
-        "time / MPM's",
-        "printed error [m]",
-        "printed time / MPM's",
-    ]
+    columns += ["bounce [m]", "time [s]", "time / MPM's"]
+    columns += ["printed error [m]", "printed time / MPM's"]
     rows = []
+    finished: dict[str, list[bool]] = {}
     for name, match in ROWS.items():
         for k, dt in enumerate(STEPS):
-            here = {**match, "time_step": dt}
             mpm = cell(campaigns, "table1", "solver_time", **ROWS["MPM"], time_step=dt)
-            *found, seconds = quantities(campaigns, "table1", SCALARS, **here)
-            printed = [Cell(), Cell()]
+            found = quantities(campaigns, "table1", SCALARS, **match, time_step=dt)
+            printed: list[Any] = ["", ""]
             if name in PRINTED:
                 error, time = PRINTED[name][k]
-                printed = [Cell(error), Cell(time / PRINTED["MPM"][k][1])]
-            rows.append(
-                [Cell(name), Cell(1e3 * dt), *found, seconds, ratio(seconds, mpm), *printed]
-            )
-    ended = [row[2].value for row in rows if row[0].value == "GMM-MLS, R_eff = R / 2"]
-    failed = [row[2].value for row in rows if row[0].value == "GMM-MLS"]
+                printed = [error, time / PRINTED["MPM"][k][1]]
+            rows.append([name, 1e3 * dt, *found, ratio(found[-1], mpm), *printed])
+            finished.setdefault(name, []).append(isinstance(found[0].value, float))
+    published, ours = finished["GMM-MLS"], finished["GMM-MLS, R_eff = R / 2"]
     page.notes.append(
         "The published weight of moving least squares reaches beyond the search radius and is cut "
         "off there, so that the functions jump whenever a node comes or goes; on contact that "
-        f"makes energy out of nothing: {_finished(failed)} of {len(failed)} runs finish. With "
-        f"R_eff = R / 2 the weight vanishes at the search radius: {_finished(ended)} of "
-        f"{len(ended)} runs finish."
+        f"makes energy out of nothing: {sum(published)} of {len(published)} runs finish. With "
+        f"R_eff = R / 2 the weight vanishes at the search radius: {sum(ours)} of {len(ours)} runs "
+        "finish."
     )
     note = "The sum of Eq. 67 grows with the number of samples; the other errors do not. Times are the solver's."
     page.tabulate("all", "Errors and times", columns, rows, numeric=range(1, 10), note=note)
@@ -95,15 +89,13 @@ def _errors(page: Chapter, campaigns: Campaigns) -> None:
 def _paths(page: Chapter, campaigns: Campaigns) -> None:
     """Centre of the disk over time."""
     figure, axes = panels(1, 2, 2.8)
-    files = []
+    wanted = ("time", "centre_displacement", "centre_displacement_exact", "centre_rise")
     for name in ("MPM", "GMM-MLS, R_eff = R / 2", "GMM-LME, gamma = 1.8"):
-        wanted = ("time", "centre_displacement", "centre_displacement_exact", "centre_rise")
-        file, found_run = history(campaigns, "table1", *wanted, **ROWS[name], time_step=2e-3)
-        files.append(file)
+        _, found = history(campaigns, "table1", *wanted, **ROWS[name], time_step=2e-3)
         line = look(name.split(",")[0]) | {"marker": None, "label": name}
-        error_along = found_run["centre_displacement"] - found_run["centre_displacement_exact"]
-        axes[0, 0].plot(*thinned(found_run["time"], error_along), **line)
-        axes[0, 1].plot(*thinned(found_run["time"], found_run["centre_rise"]), **line)
+        apart = found["centre_displacement"] - found["centre_displacement_exact"]
+        for axis, values in zip(axes[0], (apart, found["centre_rise"]), strict=True):
+            axis.plot(*thinned(found["time"], values), **line)
     axes[0, 0].set_ylabel("displacement less the rigid disk's [m]")
     axes[0, 1].set_ylabel("rise of the centre [m]")
     for axis in axes[0]:
@@ -112,19 +104,19 @@ def _paths(page: Chapter, campaigns: Campaigns) -> None:
     caption = (
         "Radius 0.5 m, h = 0.05 m, 60 degrees, 2 ms. The disk falls through its gap, then bounces."
     )
-    page.draw("paths", "Centre of the disk along and across the plane", caption, figure, files)
+    page.draw("paths", "Centre of the disk along and across the plane", caption, figure)
 
 
 def _fine(page: Chapter, campaigns: Campaigns) -> None:
     """The mesh size of the paper."""
     wanted = ("error_end_relative", "error_centre_rms", "bounce_height", "solver_time")
-    shown: dict[str, dict[str, object]] = {
+    shown: dict[str, dict[str, Any]] = {
         "MPM": ROWS["MPM"],
         "GMM-MLS, R_eff = R / 2": ROWS["GMM-MLS, R_eff = R / 2"],
         "GMM-LME, gamma = 1.8": {"basis": "lme"},
     }
     rows = [
-        [Cell(name), *quantities(campaigns, "rolling_fine", wanted, **match)]
+        [name, *quantities(campaigns, "rolling_fine", wanted, **match)]
         for name, match in shown.items()
     ]
     columns = ["method", "error at the end", "RMS error [m]", "bounce [m]", "solver time [s]"]
@@ -143,38 +135,29 @@ def printed_overheads() -> tuple[float, float]:
     return min(over), max(over)
 
 
-def _finished(values: list[object]) -> int:
-    """How many of these cells hold a number and not a status."""
-    return sum(isinstance(value, float) for value in values)
-
-
 def glued_chapter(campaigns: Campaigns) -> Chapter:
     """Set-ups in which the disk sticks to the plane."""
     page = Chapter("glued", "Beyond the paper: a disk that touches the plane is glued to it")
     page.statement = "The paper: by using either MPM or GMM, the contact is implicitly caught."
     figure, axes = single(height=3.0, width=1.5 * style.COLUMN)
-    files, rows = [], []
+    rows = []
+    wanted = ("time", "centre_displacement", "centre_displacement_exact")
     for k, (name, match) in enumerate(STUCK.items()):
-        file, found = history(
-            campaigns, "glued", "time", "centre_displacement", "centre_displacement_exact", **match
-        )
-        files.append(file)
+        _, found = history(campaigns, "glued", *wanted, **match)
         line: dict[str, Any] = {"lw": 1.2, "ls": "-" if "gap" in name else "--"}
-        axes.plot(
-            *thinned(found["time"], found["centre_displacement"]), color=f"C{k}", label=name, **line
-        )
-        rows.append([Cell(name), cell(campaigns, "glued", "error_end_relative", **match)])
-        rows[-1].append(cell(campaigns, "glued", "bounce_height", **match))
-        exact = found["centre_displacement_exact"]
+        curve = thinned(found["time"], found["centre_displacement"])
+        axes.plot(*curve, color=f"C{k}", label=name, **line)
+        ends = ("error_end_relative", "bounce_height")
+        rows.append([name, *quantities(campaigns, "glued", ends, **match)])
+    exact = found["centre_displacement_exact"]
     axes.plot(found["time"], exact, **style.EXACT, label="rigid disk, rolling")
     axes.set_xlabel("time [s]")
     axes.set_ylabel("displacement along the plane [m]")
     axes.legend(fontsize=6)
     caption = "h = 0.05 m, 2 ms. Gap 0: the disk touches the plane at the start, as published."
-    page.draw("paths", "Set-ups that stick and set-ups that roll", caption, figure, files)
-    page.tabulate(
-        "ends", "Ends", ["set-up", "error at the end", "bounce [m]"], rows, numeric=(1, 2)
-    )
+    page.draw("paths", "Set-ups that stick and set-ups that roll", caption, figure)
+    columns = ["set-up", "error at the end", "bounce [m]"]
+    page.tabulate("ends", "Ends", columns, rows, numeric=(1, 2))
     page.notes.append(
         "Contact by shared functions has no sign: what sees the fixed nodes is held by them in "
         "every direction. The diagonal along which the background squares are cut decides whether "

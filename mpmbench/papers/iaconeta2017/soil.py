@@ -1,6 +1,8 @@
 """The collapse of the soil column: Figs. 10-13, a check against Kratos, and an animation."""
 
 import io
+from collections.abc import Iterator
+from contextlib import suppress
 from itertools import product
 from typing import Any
 
@@ -12,18 +14,18 @@ from PIL import Image
 
 from mpmbench.papers.iaconeta2017.support import COLUMNS, MESHES, METHODS, history, look, particles
 from mpmbench.papers.kit import Campaigns, Chapter, cell
-from mpmbench.papers.parts import panels, quantities, single, thinned
+from mpmbench.papers.parts import of_file, quantities, thinned, with_digits
 from mpmbench.report import style
 from mpmbench.report.claims import MissingRuns
+from mpmbench.report.figures import panels, single
 from mpmbench.report.tables import Cell
 
 SHOWN = (0.25, 0.5, 1.0, 2.0)  # [s]
 STRAIN = (0.0, 1.5)  # colours of the equivalent plastic strain
 COLOURS = 64  # of the moving picture
-REFERENCE = (
-    (0.05, 717.1),
-    (0.10, 239.2),
-)  # time [s] and kinetic energy [J] of Kratos 10.4.4, h = 0.1 m, a(0) = g
+# time [s] and kinetic energy [J] of Kratos 10.4.4, h = 0.1 m, a(0) = g
+REFERENCE = ((0.05, 717.1), (0.10, 239.2))
+HISTORIES = ("time", "run_out", "kinetic_energy", "largest_plastic_strain", "snapshot_time")
 COUNTS = {
     "stiffened_steps": "stiffened steps",
     "halved_steps": "halved steps",
@@ -51,7 +53,8 @@ def soil_chapter(campaigns: Campaigns) -> Chapter:
         "not the equivalent plastic strains; in GMM the clouds must be repaired, MPM tracks large "
         "deformations without modification."
     )
-    if not any(_available(campaigns, name) for name in COLUMNS):
+    experiments = {run[1] for name in COLUMNS for run in _available(campaigns, name)}
+    if not experiments:
         raise MissingRuns("there are no results of the experiment soil")
     _run_out(page, campaigns)
     _outlines(page, campaigns)
@@ -59,11 +62,7 @@ def soil_chapter(campaigns: Campaigns) -> Chapter:
         _strains(page, campaigns, name)
     if "soil_base" in campaigns:
         _base(page, campaigns)
-    if not any(
-        experiment == "soil_fine"
-        for name in COLUMNS
-        for _, experiment, *_ in _available(campaigns, name)
-    ):
+    if "soil_fine" not in experiments:
         page.notes.append(
             "Not run here: the paper's second mesh, h = 0.025 m, which takes two hours and more. "
             "The command python -m mpmbench experiments=iaconeta2017_fine/soil runs it, and the "
@@ -74,45 +73,22 @@ def soil_chapter(campaigns: Campaigns) -> Chapter:
 
 def _available(
     campaigns: Campaigns, name: str
-) -> list[tuple[int, str, str, dict[str, np.ndarray]]]:
+) -> Iterator[tuple[int, str, str, dict[str, np.ndarray]]]:
     """Resolution, experiment, file and history of the runs of a method."""
-    found = []
     for n, experiment in MESHES:
-        try:
-            wanted = (
-                "time",
-                "run_out",
-                "kinetic_energy",
-                "largest_plastic_strain",
-                "snapshot_time",
-            )
-            found.append(
-                (
-                    n,
-                    experiment,
-                    *history(campaigns, experiment, *wanted, resolution=n, **METHODS[name]),
-                )
-            )
-        except MissingRuns:
-            continue
-    return found
+        with suppress(MissingRuns):
+            match = {"resolution": n, **METHODS[name]}
+            yield n, experiment, *history(campaigns, experiment, *HISTORIES, **match)
 
 
 def _run_out(page: Chapter, campaigns: Campaigns) -> None:
     figure, axes = panels(1, 2, 2.9)
-    files = []
     widths = {40: 0.7, 80: 1.2, 160: 1.9}
     for name in COLUMNS:
-        for n, _, file, found in _available(campaigns, name):
-            files.append(file)
-            line = look(name) | {
-                "marker": None,
-                "linewidth": widths[n],
-                "label": f"{name}, h = {4.0 / n:g} m",
-            }
-            time, run_out, energy = thinned(
-                found["time"], found["run_out"], found["kinetic_energy"]
-            )
+        for n, _, _, found in _available(campaigns, name):
+            line = look(name) | {"marker": None, "linewidth": widths[n]}
+            line["label"] = f"{name}, h = {4.0 / n:g} m"
+            time, run_out, energy = thinned(*(found[key] for key in HISTORIES[:3]))
             axes[0, 0].plot(time, run_out, **line)
             axes[0, 1].semilogy(time[1:], energy[1:], **line)
     axes[0, 0].set_ylabel("run-out [m]")
@@ -121,13 +97,13 @@ def _run_out(page: Chapter, campaigns: Campaigns) -> None:
     for axis in axes[0]:
         axis.set_xlabel("time [s]")
     axes[0, 0].legend(fontsize=6)
-    page.draw("run-out", "Run-out and kinetic energy", "Time step 2 ms; the finer the mesh, the thicker the line.",
-              figure, files)  # fmt: skip
+    caption = "Time step 2 ms; the finer the mesh, the thicker the line."
+    page.draw("run-out", "Run-out and kinetic energy", caption, figure)
     rows = []
     for name, (n, experiment) in product(COLUMNS, MESHES):
         cells = _end(campaigns, experiment, {**METHODS[name], "resolution": n})
         if cells[0].value != "":
-            rows.append([Cell(name), Cell(f"{4.0 / n:g}"), *cells])
+            rows.append([name, f"{4.0 / n:g}", *cells])
     columns = ["method", "h [m]", "run-out at 2 s [m]", "largest plastic strain", *COUNTS.values()]
     page.tabulate("ends", "At the end, t = 2 s", columns, rows, numeric=range(1, 7))
 
@@ -135,12 +111,11 @@ def _run_out(page: Chapter, campaigns: Campaigns) -> None:
 def _end(campaigns: Campaigns, experiment: str, match: dict[str, Any]) -> list[Cell]:
     """Run-out, largest plastic strain and `COUNTS` of one run, or how it ended."""
     cells = quantities(campaigns, experiment, ("final_run_out", *COUNTS), **match)
-    try:
+    strain = cells[:1]
+    with suppress(MissingRuns):
         file, found = history(campaigns, experiment, "largest_plastic_strain", **match)
-        strain = Cell(float(found["largest_plastic_strain"][-1]), (file,))
-    except MissingRuns:
-        strain = cells[0]
-    return [cells[0], strain, *cells[1:]]
+        strain = of_file(file, found["largest_plastic_strain"][-1])
+    return [cells[0], *strain, *cells[1:]]
 
 
 def _base(page: Chapter, campaigns: Campaigns) -> None:
@@ -150,7 +125,7 @@ def _base(page: Chapter, campaigns: Campaigns) -> None:
     for name, n, experiment in product(("GMM-MLS", "GMM-LME"), (40, 80), stops):
         match = {**METHODS[name], "resolution": n}
         counts = quantities(campaigns, experiment, ("final_run_out", *COUNTS), **match)
-        rows.append([Cell(name), Cell(f"{4.0 / n:g}"), Cell(stops[experiment]), *counts])
+        rows.append([name, f"{4.0 / n:g}", stops[experiment], *counts])
     columns = ["method", "h [m]", "nodes are stopped by", "run-out at 2 s [m]", *COUNTS.values()]
     page.tabulate("base", "What stops the nodes of GMM", columns, rows, numeric=(1, 3, 4, 5, 6))
     page.notes.append(
@@ -162,21 +137,16 @@ def _base(page: Chapter, campaigns: Campaigns) -> None:
 
 def _strains(page: Chapter, campaigns: Campaigns, name: str) -> None:
     """Particles coloured by equivalent plastic strain at a few instants, one column per mesh."""
-    meshes = _available(campaigns, name)
+    meshes = list(_available(campaigns, name))
     if not meshes:
         return
     width = 2.0 * style.COLUMN / max(2, len(meshes))  # of a panel [in]
-    figure, axes = panels(
-        len(SHOWN), len(meshes), 0.7 + 0.45 * width * len(SHOWN), width * len(meshes)
-    )
-    files = []
+    rows, columns = len(SHOWN), len(meshes)
+    figure, axes = panels(rows, columns, 0.7 + 0.45 * width * rows, width * columns)
+    _frame(axes)
     for column, (n, experiment, file, found) in enumerate(meshes):
-        files.append(file)
         snapshots = campaigns[experiment].variables(file, ("position", "plastic_strain"))
-        for row, time in enumerate(SHOWN):
-            axis = axes[row, column]
-            axis.set(xlim=(0.0, 5.0), ylim=(0.0, 2.2), yticks=(0, 1, 2), aspect="equal")
-            axis.tick_params(labelsize=6, labelbottom=row == len(SHOWN) - 1, labelleft=column == 0)
+        for axis, time in zip(axes[:, column], SHOWN, strict=True):
             k = snapshot_at(found["snapshot_time"], time)
             if k is None:
                 axis.text(2.5, 1.0, "not reached", ha="center", fontsize=7)
@@ -186,28 +156,23 @@ def _strains(page: Chapter, campaigns: Campaigns, name: str) -> None:
             axis.text(4.9, 2.0, f"{time:g} s", ha="right", va="top", fontsize=7)
         axes[0, column].set_title(f"h = {4.0 / n:g} m")
     scale = ScalarMappable(Normalize(*STRAIN), "viridis")
-    figure.colorbar(
-        scale,
-        ax=axes,
-        location="bottom",
-        label="equivalent plastic strain",
-        shrink=0.5,
-        aspect=40,
-        extend="max",
-    )
+    below: dict[str, Any] = {"location": "bottom", "shrink": 0.5, "aspect": 40, "extend": "max"}
+    figure.colorbar(scale, ax=axes, label="equivalent plastic strain", **below)
     number = {"MPM": 11, "GMM-MLS": 12, "GMM-LME": 13}[name]
     caption = "Particles at their places, lengths in metres."
     for n, experiment in MESHES:
         end = cell(campaigns, experiment, "final_run_out", **METHODS[name], resolution=n).text
         if end and n not in [mesh[0] for mesh in meshes]:
             caption += f" h = {4.0 / n:g} m is not here ({end}): the run was ended before it could store any."
-    page.draw(
-        f"strain-{name.lower()}",
-        f"Fig. {number}: equivalent plastic strain, {name}",
-        caption,
-        figure,
-        files,
-    )
+    title = f"Fig. {number}: equivalent plastic strain, {name}"
+    page.draw(f"strain-{name.lower()}", title, caption, figure)
+
+
+def _frame(axes: np.ndarray) -> None:
+    """The same view of the column in all panels, labelled along the left and the lower edge."""
+    for (row, column), axis in np.ndenumerate(axes):
+        axis.set(xlim=(0.0, 5.0), ylim=(0.0, 2.2), yticks=(0, 1, 2), aspect="equal")
+        axis.tick_params(labelsize=6, labelbottom=row == len(axes) - 1, labelleft=column == 0)
 
 
 def snapshot_at(times: np.ndarray, wanted: float) -> int | None:
@@ -221,25 +186,21 @@ def _outlines(page: Chapter, campaigns: Campaigns) -> None:
     runs = {(run[0], name): run[1:] for name in COLUMNS for run in _available(campaigns, name)}
     meshes = sorted({n for n, _ in runs})
     figure, axes = panels(len(meshes), len(SHOWN), 0.3 + 0.95 * len(meshes))
-    files = []
     for (n, name), (experiment, file, found) in runs.items():
-        files.append(file)
         position = campaigns[experiment].variables(file, ("position",))["position"]
-        for column, time in enumerate(SHOWN):
+        for axis, time in zip(axes[meshes.index(n)], SHOWN, strict=True):
             k = snapshot_at(found["snapshot_time"], time)
             if k is not None:
                 line = look(name) | {"marker": None, "lw": 1.0}
-                axes[meshes.index(n), column].plot(*surface(position[k], 4.0 / n), **line)
-    for (row, column), axis in np.ndenumerate(axes):
-        axis.set(xlim=(0.0, 5.0), ylim=(0.0, 2.2), yticks=(0, 1, 2), aspect="equal")
-        axis.tick_params(labelsize=6, labelbottom=row == len(meshes) - 1, labelleft=column == 0)
-        if row == 0:
-            axis.set_title(f"{SHOWN[column]:g} s")
-        if column == 0:
-            axis.set_ylabel(f"h = {4.0 / meshes[row]:g} m")
+                axis.plot(*surface(position[k], 4.0 / n), **line)
+    _frame(axes)
+    for axis, time in zip(axes[0], SHOWN, strict=True):
+        axis.set_title(f"{time:g} s")
+    for axis, n in zip(axes[:, 0], meshes, strict=True):
+        axis.set_ylabel(f"h = {4.0 / n:g} m")
     axes[0, -1].legend(fontsize=5, loc="lower left")
     caption = "Highest particle over strips as wide as a cell; lengths in metres."
-    page.draw("outlines", "Fig. 10: surface of the column", caption, figure, files)
+    page.draw("outlines", "Fig. 10: surface of the column", caption, figure)
 
 
 def surface(position: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
@@ -259,36 +220,22 @@ def soil_check_chapter(campaigns: Campaigns) -> Chapter:
         "239.2 J at 0.10 s."
     )
     figure, axes = single(height=2.8, width=1.6 * style.COLUMN)
-    files, rows = [], []
+    rows: list[list[Any]] = []
     for k, (name, match) in enumerate(SETUPS.items()):
         file, found = history(campaigns, "soil_check", "time", "kinetic_energy", **match)
-        files.append(file)
+        time, energy = found["time"], found["kinetic_energy"]
         line: dict[str, Any] = {"lw": 2.4 - 0.4 * k, "ls": ("-", "-", "-", "--", ":")[k]}
-        axes.plot(
-            *thinned(found["time"], found["kinetic_energy"]), color=f"C{k}", label=name, **line
-        )
-        energies = [
-            float(np.interp(t, found["time"], found["kinetic_energy"])) for t, _ in REFERENCE
-        ]
-        rows.append(
-            [
-                Cell(name),
-                *(Cell(energy, (file,), 4) for energy in energies),
-                cell(campaigns, "soil_check", "final_run_out", **match),
-            ]
-        )
+        axes.plot(*thinned(time, energy), color=f"C{k}", label=name, **line)
+        energies = of_file(file, *np.interp([t for t, _ in REFERENCE], time, energy))
+        run_out = cell(campaigns, "soil_check", "final_run_out", **match)
+        rows.append([name, *(with_digits(4, one) for one in energies), run_out])
     axes.plot(*zip(*REFERENCE, strict=True), "k+", ms=9, label="Kratos 10.4.4, a(0) = g")
     axes.set_xlabel("time [s]")
     axes.set_ylabel("kinetic energy [J]")
     figure.legend(fontsize=7, loc="outside right center")
-    page.draw("energy", "Kinetic energy, implicit MPM", "h = 0.1 m, time step 2 ms.", figure, files)
-    rows.append(
-        [
-            Cell("Kratos 10.4.4, a(0) = g"),
-            *(Cell(energy, digits=4) for _, energy in REFERENCE),
-            Cell(),
-        ]
-    )
+    page.draw("energy", "Kinetic energy, implicit MPM", "h = 0.1 m, time step 2 ms.", figure)
+    reference = [Cell(energy, digits=4) for _, energy in REFERENCE]
+    rows.append(["Kratos 10.4.4, a(0) = g", *reference, ""])
     columns = ["set-up", "energy at 0.05 s [J]", "energy at 0.10 s [J]", "run-out at 0.5 s [m]"]
     page.tabulate("energies", "Kinetic energies", columns, rows, numeric=(1, 2, 3))
     return page
@@ -297,10 +244,10 @@ def soil_check_chapter(campaigns: Campaigns) -> Chapter:
 def animation_chapter(campaigns: Campaigns) -> Chapter:
     """The collapse as a moving picture."""
     page = Chapter("animation", "The collapse as a moving picture")
-    file, found = history(campaigns, "animation", "snapshot_time", "position", "plastic_strain")
+    _, found = history(campaigns, "animation", "snapshot_time", "position", "plastic_strain")
     gif = moving_picture(found["snapshot_time"], found["position"], found["plastic_strain"])
     caption = "Implicit MPM, h = 0.1 m, from 0 to 2 s in 4 s: particles coloured by equivalent plastic strain."
-    page.animate("collapse", "Collapse of the soil column", caption, gif, [file])
+    page.animate("collapse", "Collapse of the soil column", caption, gif)
     return page
 
 

@@ -17,11 +17,8 @@ METHODS: dict[str, dict[str, str]] = {
     "GMM-LME": {"method": "gmm", "basis": "lme"},
 }
 COLUMNS = ("MPM", "GMM-MLS", "GMM-LME")  # methods of the soil column
-MESHES = (
-    (40, "soil"),
-    (80, "soil"),
-    (160, "soil_fine"),
-)  # its resolutions, and the experiments that they are in
+# its resolutions, and the experiments that they are in
+MESHES = ((40, "soil"), (80, "soil"), (160, "soil_fine"))
 LINES = {"UL-FEM": "-", "MPM": "--", "GMM-MLS": "-", "GMM-LME": ":"}
 COLOURS = {"UL-FEM": "#E69F00", "MPM": "#0072B2", "GMM-MLS": "#CC79A7", "GMM-LME": "#009E73"}
 

@@ -27,5 +27,5 @@ PAPER = Paper(
         bar.energy_chapter,
         bar.stability_chapter,
     ),
-    claims=claims.CLAIMS,
+    claims=tuple(claims.claim),
 )

@@ -7,17 +7,9 @@ from matplotlib.colors import LogNorm
 
 from mpmbench.papers.kit import Campaigns, Chapter, cell, variables
 from mpmbench.papers.li2009.support import CONSISTENT, LUMPED, OTM
-from mpmbench.papers.parts import (
-    along,
-    files_of,
-    finished,
-    name_axes,
-    numbers,
-    panels,
-    quantities,
-    single,
-)
+from mpmbench.papers.parts import along, finished, numbers, quantities
 from mpmbench.report import style
+from mpmbench.report.figures import name_axes, panels, single
 from mpmbench.report.tables import Cell
 
 UNIFORM = {"problem__irregularity": 0.0}
@@ -27,29 +19,24 @@ AT_NODES = {"problem__particle_layout": "nodes"}
 UPDATED, FROZEN = {"method__shape_functions": "updated"}, {"method__shape_functions": "frozen"}
 FILTER = {"mass": "lumped", "method__transfer": "position_difference"}
 
+ONE, TWO = {"particles_per_cell": 1}, {"particles_per_cell": 2}
+FEM = {"method": "linear_fem"}
 BARS: dict[str, dict[str, Any]] = {
-    "OTM, lumped mass, nodal velocities": OTM
-    | LUMPED
-    | UNIFORM
-    | CELLS
-    | {"particles_per_cell": 2},
+    "OTM, lumped mass, nodal velocities": OTM | LUMPED | UNIFORM | CELLS | TWO,
     "OTM, consistent mass": OTM | CONSISTENT | UNIFORM,
-    "linear FEM": {"method": "linear_fem"} | UNIFORM,
-    "OTM, lumped, irregular nodes": OTM | LUMPED | IRREGULAR | {"particles_per_cell": 2},
+    "linear FEM": FEM | UNIFORM,
+    "OTM, lumped, irregular nodes": OTM | LUMPED | IRREGULAR | TWO,
     "OTM, consistent, irregular nodes": OTM | CONSISTENT | IRREGULAR,
-    "linear FEM, irregular nodes": {"method": "linear_fem"} | IRREGULAR,
-    "OTM, lumped, 1 particle per cell": OTM | LUMPED | UNIFORM | CELLS | {"particles_per_cell": 1},
-    "OTM, lumped, irregular, 1 particle per cell": OTM
-    | LUMPED
-    | IRREGULAR
-    | {"particles_per_cell": 1},
+    "linear FEM, irregular nodes": FEM | IRREGULAR,
+    "OTM, lumped, 1 particle per cell": OTM | LUMPED | UNIFORM | CELLS | ONE,
+    "OTM, lumped, irregular, 1 particle per cell": OTM | LUMPED | IRREGULAR | ONE,
     "MPM, linear": {"method": "mpm", "basis": "linear"},
     "MPM, B-splines": {"method": "mpm", "basis": "bspline"},
     "unified": {"method": "unified"},
     "nodal integration, updated functions": OTM | LUMPED | AT_NODES | UPDATED,
     "nodal integration, frozen functions": OTM | LUMPED | AT_NODES | FROZEN,
-    "OTM, lumped, position differences, 1 particle": OTM | FILTER | {"particles_per_cell": 1},
-    "OTM, lumped, position differences, 2 particles": OTM | FILTER | {"particles_per_cell": 2},
+    "OTM, lumped, position differences, 1 particle": OTM | FILTER | ONE,
+    "OTM, lumped, position differences, 2 particles": OTM | FILTER | TWO,
     "SPH": {"method": "sph", "method__derivatives": "plain"},
     "SPH, symmetric derivatives": {"method": "sph", "method__derivatives": "symmetric"},
 }
@@ -67,19 +54,11 @@ STRETCHED: dict[str, dict[str, Any]] = {
     "functions kept, gamma 0.8": OTM | FROZEN | {"basis__gamma": 0.8},
     "nodal integration, gamma 1.8": OTM | UPDATED | AT_NODES,
     "nodal integration, functions kept, gamma 1.8": OTM | FROZEN | AT_NODES,
-    "two particles per cell, gamma 1.8": OTM | UPDATED | {"particles_per_cell": 2},
-    "linear FEM": {"method": "linear_fem"},
+    "two particles per cell, gamma 1.8": OTM | UPDATED | TWO,
+    "linear FEM": FEM,
 }
 GAMMAS = (0.8, 1.2, 1.8, 2.4, 3.2, 4.0, 6.8)
 STEPS = (6.25e-9, 1.25e-8, 2.5e-8, 5e-8, 1e-7, 2e-7)
-SERIES = (
-    "time",
-    "tip_displacement",
-    "tip_displacement_exact",
-    "tip_velocity",
-    "tip_velocity_exact",
-    "total_energy",
-)
 SCALARS = (
     "tip_displacement_max",
     "tip_displacement_min",
@@ -98,32 +77,22 @@ def bar_chapter(campaigns: Campaigns) -> Chapter:
         "OTM agrees with finite elements in tension and compression, also with a nonuniform "
         "distribution of nodes; standard SPH cannot solve the problem.",
     )
-    for quantity, unit, scale in (("displacement", "um", 1e6), ("velocity", "m/s", 1.0)):
+    caption = "100 nodes; black: exact solution. The last two are to fail."
+    for quantity, unit, scale in (("displacement", r"$\mu$m", 1e6), ("velocity", "m/s", 1.0)):
         figure, axes = panels(3, 2, 4.35, sharex=True, sharey=True)
-        files = []
+        tip = f"tip_{quantity}"
         for axis, name in zip(axes.ravel(), SHOWN, strict=True):
-            file, found = variables(campaigns, "fig4_12", *SERIES, **BARS[name])
+            wanted = ("time", tip, f"{tip}_exact")
+            _, found = variables(campaigns, "fig4_12", *wanted, **BARS[name])
             t = 1e6 * found["time"]
-            axis.plot(t, scale * found[f"tip_{quantity}_exact"], **style.EXACT)
-            axis.plot(
-                t,
-                scale * found[f"tip_{quantity}"],
-                color=style.colour(str(BARS[name]["method"])),
-                lw=0.8,
-            )
+            axis.plot(t, scale * found[f"{tip}_exact"], **style.EXACT)
+            axis.plot(t, scale * found[tip], color=style.colour(BARS[name]["method"]), lw=0.8)
             axis.set_title(name, pad=3)
-            files.append(file)
-        name_axes(figure, r"time [$\mu$s]", f"tip {quantity} [{unit}]".replace("um", r"$\mu$m"))
-        page.draw(
-            quantity,
-            f"Tip {quantity}",
-            "100 nodes; black: exact solution. The last two are to fail.",
-            figure,
-            files,
-        )
-    rows = []
-    for name, match in BARS.items():
-        rows.append([Cell(name), *quantities(campaigns, "fig4_12", SCALARS, **match)])
+        name_axes(figure, r"time [$\mu$s]", f"tip {quantity} [{unit}]")
+        page.draw(quantity, f"Tip {quantity}", caption, figure)
+    rows = [
+        [name, *quantities(campaigns, "fig4_12", SCALARS, **match)] for name, match in BARS.items()
+    ]
     columns = ["method", "largest [m]", "smallest [m]", "relative L2 error", "largest speed [m/s]"]
     columns += ["energy drift", "energy left"]
     note = "Exact: 3.2975e-5 m and -3.2975e-5 m, 5 m/s. Extremes in the first period, error over 250 microseconds."
@@ -140,7 +109,7 @@ def energy_chapter(campaigns: Campaigns) -> Chapter:
     """Energy against the time step."""
     page = Chapter("energy", "Energy and time step: by mass and transfer, beyond the thesis")
     figure, axes = single()
-    rows, files = [], []
+    rows = []
     variants = {
         "lumped, nodal velocities": LUMPED,
         "consistent, position differences": CONSISTENT,
@@ -150,22 +119,15 @@ def energy_chapter(campaigns: Campaigns) -> Chapter:
         drifts = along(campaigns, "energy", "total_energy_drift", "time_step", STEPS, **match)
         curve = finished(STEPS, drifts, f"energy: no run with {name} has finished")
         axes.loglog(*curve, label=name, **style.line("otm", "lme", rank))
-        rows.append([Cell(name), *drifts])
-        files += files_of(drifts)
+        rows.append([name, *drifts])
     axes.set_xlabel("time step [s]")
     axes.set_ylabel("relative change of the energy")
     axes.legend()
-    page.draw(
-        "drift",
-        "Largest change of the energy of the bar",
-        "OTM with local max-ent functions.",
-        figure,
-        files,
-    )
+    caption = "OTM with local max-ent functions."
+    page.draw("drift", "Largest change of the energy of the bar", caption, figure)
     columns = ["mass and transfer", *(f"{dt:g} s" for dt in STEPS)]
-    page.tabulate(
-        "drift", "Largest relative change of the energy", columns, rows, numeric=range(1, 7)
-    )
+    title = "Largest relative change of the energy"
+    page.tabulate("drift", title, columns, rows, numeric=range(1, 7))
     return page
 
 
@@ -180,11 +142,8 @@ def stability_chapter(campaigns: Campaigns) -> Chapter:
     _growth_map(page, campaigns)
     rows = []
     for name, match in STRETCHED.items():
-        found = [
-            _growth(campaigns, "stability_frozen", problem__stretch=s, **match)
-            for s in (1.2, 1.4, 1.6, 2.0)
-        ]
-        rows.append([Cell(name), *found])
+        stretches = [match | {"problem__stretch": s} for s in (1.2, 1.4, 1.6, 2.0)]
+        rows.append([name, *(_growth(campaigns, "stability_frozen", **m) for m in stretches)])
     columns = ["method", "1.2", "1.4", "1.6", "2"]
     page.tabulate("frozen", "The same with other functions", columns, rows, numeric=(1, 2, 3, 4))
     page.notes.append(
@@ -197,23 +156,18 @@ def stability_chapter(campaigns: Campaigns) -> Chapter:
 
 def _growth_map(page: Chapter, campaigns: Campaigns) -> None:
     """Growth of the disturbance by stretch and gamma."""
-    growth, rows, files = np.full((len(GAMMAS), len(STRETCHES)), np.nan), [], []
-    for i, gamma in enumerate(GAMMAS):
-        found = [
-            _growth(campaigns, "stability", basis__gamma=gamma, problem__stretch=stretch, **UPDATED)
-            for stretch in STRETCHES
+    found = [
+        [
+            _growth(campaigns, "stability", basis__gamma=gamma, problem__stretch=s, **UPDATED)
+            for s in STRETCHES
         ]
-        growth[i] = numbers(found)
-        rows.append([Cell(gamma), *found])
-        files += files_of(found)
+        for gamma in GAMMAS
+    ]
+    growth = np.array([numbers(row) for row in found])
     figure, axes = single()
-    picture = axes.pcolormesh(
-        range(len(STRETCHES)),
-        range(len(GAMMAS)),
-        np.maximum(growth, 1.0),
-        norm=LogNorm(1.0, 1e10),
-        cmap="magma_r",
-    )
+    places = range(len(STRETCHES)), range(len(GAMMAS))
+    look: dict[str, Any] = {"norm": LogNorm(1.0, 1e10), "cmap": "magma_r"}
+    picture = axes.pcolormesh(*places, np.maximum(growth, 1.0), **look)
     axes.set_xticks(range(len(STRETCHES)), [f"{s:g}" for s in STRETCHES])
     axes.set_yticks(range(len(GAMMAS)), [f"{g:g}" for g in GAMMAS])
     axes.grid(False)
@@ -221,15 +175,11 @@ def _growth_map(page: Chapter, campaigns: Campaigns) -> None:
     axes.set_ylabel(r"$\gamma$")
     figure.colorbar(picture, label="growth of the disturbance")
     caption = "41 nodes, P = E ln J, ends held, velocity noise 1e-10 m/s, 400 s; the initial stress is balanced."
-    page.draw("map", "Growth by stretch and gamma", caption, figure, files)
+    page.draw("map", "Growth by stretch and gamma", caption, figure)
     columns = ["gamma", *(f"{s:g}" for s in STRETCHES)]
-    page.tabulate(
-        "growth",
-        "Growth of the disturbance by stretch",
-        columns,
-        rows,
-        numeric=range(1 + len(STRETCHES)),
-    )
+    title = "Growth of the disturbance by stretch"
+    rows = [[gamma, *row] for gamma, row in zip(GAMMAS, found, strict=True)]
+    page.tabulate("growth", title, columns, rows, numeric=range(1 + len(STRETCHES)))
 
 
 def _growth(campaigns: Campaigns, campaign: str, **match: Any) -> Cell:

@@ -1,5 +1,6 @@
 """Figs. 4.6 to 4.9: the shock along a strip and down a cylinder."""
 
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -7,16 +8,13 @@ from matplotlib.axes import Axes
 
 from mpmbench.papers.kit import Campaigns, Chapter, variables
 from mpmbench.papers.li2009.support import DENSITY, FIELDS, OTM, VELOCITY, exact_shock
-from mpmbench.papers.parts import name_axes, panels, quantities
+from mpmbench.papers.parts import of_file, quantities
 from mpmbench.report import style
-from mpmbench.report.tables import Cell, Table
+from mpmbench.report.figures import name_axes, panels
+from mpmbench.report.tables import Cell
 
-COLOURS: dict[str, Any] = {
-    "cmap": "viridis",
-    "vmin": 0.0,
-    "vmax": 2.2,
-    "rasterized": True,
-}  # velocity [m/s]
+# velocity [m/s]
+COLOURS: dict[str, Any] = {"cmap": "viridis", "vmin": 0.0, "vmax": 2.2, "rasterized": True}
 COSTS = ("n_nodes", "n_particles", "neighbours_mean", "steps", "solver_time")
 VIEW = (30.0, 18.0)  # turn about the vertical and tilt [degrees]
 STRIP: dict[str, dict[str, Any]] = {
@@ -38,41 +36,33 @@ def strip_chapter(campaigns: Campaigns) -> Chapter:
         "Figs. 4.6 and 4.7: the shock along a strip",
         "The shock propagates in two dimensions; no errors are given.",
     )
-    file, found = variables(campaigns, "fig4_7", *FIELDS, **STRIP["gamma = 4"])
+    _, found = variables(campaigns, "fig4_7", *FIELDS, **STRIP["gamma = 4"])
     figure, axes = panels(6, 1, 4.02, sharex=True)
-    for row, place in enumerate(("reference", "deformed")):
-        for k, t in enumerate(found["snapshot_time"][1:], 1):
-            x = found["position_initial"] if place == "reference" else found["position"][k]
-            axis = axes[3 * row + k - 1, 0]
-            picture = _strip(
-                axis, x, found["velocity"][k, :, 0], f"{place}, t = {1e3 * t:.2f} ms", 3.0
-            )
-            axis.set_xlim(-0.5, 44.0)
+    instants = list(enumerate(found["snapshot_time"]))[1:]
+    shown = product(("reference", "deformed"), instants)
+    for axis, (place, (k, t)) in zip(axes[:, 0], shown, strict=False):
+        x = found["position_initial"] if place == "reference" else found["position"][k]
+        title = f"{place}, t = {1e3 * t:.2f} ms"
+        picture = _strip(axis, x, found["velocity"][k, :, 0], title, 3.0)
+        axis.set_xlim(-0.5, 44.0)
     figure.colorbar(picture, ax=list(axes[:, 0]), label="velocity [m/s]", shrink=0.7)
     name_axes(figure, "$x_1$ [mm]")
     caption = (
         "Material points at the barycentres of 400 triangles, where they were at first (Fig. 4.6) "
         "and where they are (Fig. 4.7); lumped mass, gamma = 4."
     )
-    page.draw("strip", "Velocity at three instants", caption, figure, [file])
+    page.draw("strip", "Velocity at three instants", caption, figure)
     figure, axes = panels(3, 2, 4.8, sharex=True, sharey=True)
-    files = []
     for axis, (name, match) in zip(axes.ravel(), STRIP.items(), strict=False):
-        file, found = variables(campaigns, "fig4_7", *FIELDS, **match)
+        _, found = variables(campaigns, "fig4_7", *FIELDS, **match)
         picture = _strip(axis, found["position"][-1], found["velocity"][-1, :, 0], name, 7.0)
         axis.set_xlim(8.5, 17.0)
-        files.append(file)
     axes[-1, -1].set_axis_off()
     figure.colorbar(picture, ax=list(axes.ravel()), label="velocity [m/s]", shrink=0.7)
     name_axes(figure, "$x_1$ [mm]", "$x_2$ [mm]")
-    page.draw(
-        "head",
-        "The compressed end at t = 6 L/C",
-        "Material points; the exact motion has no part across.",
-        figure,
-        files,
-    )
-    page.add(_errors(campaigns, "fig4_7", STRIP))
+    caption = "Material points; the exact motion has no part across."
+    page.draw("head", "The compressed end at t = 6 L/C", caption, figure)
+    _errors(page, campaigns, "fig4_7", STRIP)
     page.notes.append(
         "Barycentres of the triangles integrate wide functions badly: the strip is pushed "
         "sideways. Narrow functions, particles in a regular pattern, or corrected gradients bring "
@@ -100,27 +90,23 @@ def cylinder_chapter(campaigns: Campaigns) -> Chapter:
         "In 3D, 2907 nodes and 14,700 material points: a sequence of snapshots of the deformed "
         "configuration.",
     )
-    file, found = variables(campaigns, "fig4_9", *FIELDS, **CYLINDER["gamma = 4"])
+    _, found = variables(campaigns, "fig4_9", *FIELDS, **CYLINDER["gamma = 4"])
     figure, axes = panels(3, 2, 3.45)
     X = found["position_initial"]
     kept = (X[:, 1] >= 0.0) | (X[:, 2] <= 0.0)
-    for row, k in enumerate(range(1, len(found["snapshot_time"]))):
-        for axis, x, name in zip(
-            axes[row], (X, found["position"][k]), ("reference", "deformed"), strict=True
-        ):
+    for row, (k, t) in zip(axes, list(enumerate(found["snapshot_time"]))[1:], strict=False):
+        places = {"reference": X, "deformed": found["position"][k]}
+        for axis, (name, x) in zip(row, places.items(), strict=True):
             picture = _body(axis, 1e3 * x[kept], found["velocity"][k, kept, 0])
-            axis.set_title(
-                f"{name}, t = {1e3 * found['snapshot_time'][k]:.2f} ms", pad=0, fontsize=7
-            )
+            axis.set_title(f"{name}, t = {1e3 * t:.2f} ms", pad=0, fontsize=7)
     figure.colorbar(picture, ax=list(axes.ravel()), label="velocity [m/s]", shrink=0.7)
     caption = (
         "Material points, a quarter of the cylinder cut away, where they were at first (Fig. 4.8) "
         "and where they are (Fig. 4.9); lumped mass, gamma = 4. The scale is in mm along the axis."
     )
-    page.draw("cylinder", "Velocity in the cylinder at three instants", caption, figure, [file])
-    files = _along(page, campaigns)
-    assert file in files
-    page.add(_errors(campaigns, "fig4_9", CYLINDER))
+    page.draw("cylinder", "Velocity in the cylinder at three instants", caption, figure)
+    _along(page, campaigns)
+    _errors(page, campaigns, "fig4_9", CYLINDER)
     page.notes.append(
         "The functions are measured with the deformation gradient of each material point, so that "
         "a compression to a tenth along one axis leaves a point the neighbours that it had."
@@ -135,11 +121,8 @@ def _body(axis: Axes, x: np.ndarray, v: np.ndarray) -> Any:
     def seen(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         away = x[:, 0] * np.sin(turn) + x[:, 1] * np.cos(turn)
         across = x[:, 0] * np.cos(turn) - x[:, 1] * np.sin(turn)
-        return (
-            across,
-            x[:, 2] * np.cos(tilt) + away * np.sin(tilt),
-            away * np.cos(tilt) - x[:, 2] * np.sin(tilt),
-        )
+        up = x[:, 2] * np.cos(tilt) + away * np.sin(tilt)
+        return across, up, away * np.cos(tilt) - x[:, 2] * np.sin(tilt)
 
     across, up, depth = seen(x)
     order = np.argsort(-depth)
@@ -154,55 +137,47 @@ def _body(axis: Axes, x: np.ndarray, v: np.ndarray) -> Any:
     return picture
 
 
-def _along(page: Chapter, campaigns: Campaigns) -> list[str]:
-    """Velocity and density of all points of the cylinder over their initial place; the files."""
+def _along(page: Chapter, campaigns: Campaigns) -> None:
+    """Velocity and density of all points of the cylinder over their initial place."""
     figure, axes = panels(2, 2, 3.5, sharex=True, sharey="row")
-    files = []
+    dots = style.dots("otm", 1.5) | {"rasterized": True}
     for column, (name, match) in enumerate(CYLINDER.items()):
-        file, found = variables(campaigns, "fig4_9", *FIELDS, **match)
-        files.append(file)
+        _, found = variables(campaigns, "fig4_9", *FIELDS, **match)
         X, t = found["position_initial"][:, 0], float(found["snapshot_time"][-1])
         V0 = found["volume"][0] * exact_shock(X, float(found["snapshot_time"][0]))["density"]
         line = np.linspace(0.0, X.max(), 240)
+        exact = exact_shock(line, t)
         computed = {
             "velocity [m/s]": found["velocity"][-1, :, 0],
             "density [kg/m$^3$]": V0 / found["volume"][-1],
         }
         for axis, (label, values) in zip(axes[:, column], computed.items(), strict=True):
-            axis.plot(
-                1e3 * X, values, ".", ms=1.5, mew=0.0, color=style.colour("otm"), rasterized=True
-            )
-            axis.plot(
-                1e3 * line,
-                exact_shock(line, t)[label.partition(" ")[0]],
-                **style.EXACT | {"zorder": 3.0},
-            )
+            axis.plot(1e3 * X, values, **dots)
+            field = exact[label.partition(" ")[0]]
+            axis.plot(1e3 * line, field, **style.EXACT | {"zorder": 3.0})
             if column == 0:
                 axis.set_ylabel(label)
         axes[0, column].set_title(name, pad=3)
     name_axes(figure, "$X_1$ [mm]")
     caption = "All 14,700 material points at t = 6 L/C over their initial place; black: exact."
-    page.draw("along", "Scatter over the cross-sections", caption, figure, files)
-    return files
+    page.draw("along", "Scatter over the cross-sections", caption, figure)
 
 
-def _errors(campaigns: Campaigns, campaign: str, shown: dict[str, dict[str, Any]]) -> Table:
+def _errors(
+    page: Chapter, campaigns: Campaigns, campaign: str, shown: dict[str, dict[str, Any]]
+) -> None:
     """Errors and costs of some runs."""
     rows = []
     for name, match in shown.items():
         errors = quantities(campaigns, campaign, (VELOCITY, DENSITY), **match)
         file, found = variables(campaigns, campaign, "velocity", **match)
-        across = Cell(float(np.abs(found["velocity"][-1, :, 1:]).max()), (file,))
+        across = of_file(file, np.abs(found["velocity"][-1, :, 1:]).max())
         costs = quantities(campaigns, campaign, COSTS, **match)
         if isinstance(costs[2].value, str):  # finite elements do not look for neighbours
             costs[2] = Cell("")
-        rows.append([Cell(name), *errors, across, *costs])
-    columns = [
-        "functions",
-        "velocity error [m^1.5/s]",
-        "density error [kg/m2]",
-        "largest speed across [m/s]",
-    ]
+        rows.append([name, *errors, *across, *costs])
+    columns = ["functions", "velocity error [m^1.5/s]", "density error [kg/m2]"]
+    columns += ["largest speed across [m/s]"]
     columns += ["nodes", "particles", "neighbours", "steps", "time [s]"]
     note = "Errors are largest ones over time, Eq. 4.27; the speed across is that of one material point at the end."
-    return Table("errors", "Errors and cost", columns, rows, note, numeric=tuple(range(1, 9)))
+    page.tabulate("errors", "Errors and cost", columns, rows, range(1, 9), note)

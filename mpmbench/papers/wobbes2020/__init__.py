@@ -38,5 +38,5 @@ PAPER = Paper(
         beyond.amplitude_chapter,
         references.references_chapter,
     ),
-    claims=claims.CLAIMS,
+    claims=tuple(claims.claim),
 )

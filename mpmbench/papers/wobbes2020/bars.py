@@ -1,22 +1,26 @@
 """Figs. 5 to 8: the bar with fixed ends and the bar with dynamic traction."""
 
+from typing import Any
+
 import numpy as np
 
-from mpmbench.papers.kit import Campaigns, Chapter, cell
-from mpmbench.papers.parts import exact_line, name_axes, tiles
+from mpmbench.papers.kit import Campaigns, Chapter
+from mpmbench.papers.parts import along, of_file, quantities
 from mpmbench.papers.wobbes2020.support import (
     ERROR,
     METHODS,
     MOVING,
+    PROFILE,
     STRESS,
-    derived,
     fields,
     method,
     scatter,
+    searched,
+    stress_panels,
 )
-from mpmbench.report.tables import Cell, Table
+from mpmbench.report.figures import name_axes, tiles
 
-PROFILE = ("position", "position_initial", "stress", "stress_exact")
+GRIDS = (63, 127, 255, 511)
 EDGE = 2.0 / 68.0  # the last two cells of the bar in Fig. 7 [m]
 
 
@@ -30,45 +34,22 @@ def fig5_chapter(campaigns: Campaigns) -> Chapter:
         "smooth and accurate on 32 nodes; results with max-ent functions are similar and not "
         "shown.",
     )
-    shown = {"MPM-P1": 511, "OTM-P1": 511, "unified": 31, "OTM-maxent": 31}
-    figure, axes = tiles(4, 2)
-    errors: dict[str, tuple[np.ndarray, np.ndarray]] = {}
-    rows, files = [], []
-    for axis, (name, cells) in zip(axes, shown.items(), strict=True):
-        match = method(name, resolution=cells)
-        file, found = fields(campaigns, "fig5", *PROFILE, **match)
-        x, stress, exact = (
-            found["position"][:, 0],
-            found["stress"][:, 0, 0],
-            found["stress_exact"][:, 0, 0],
-        )
-        exact_line(axis, x, exact)
-        scatter(axis, x, stress, name)
-        axis.set_title(f"{name}, {cells + 1} nodes", pad=3)
-        files.append(file)
-        errors[name] = x, stress - exact
-        largest = float(np.abs(stress - exact).max())
-        rows.append(
-            [
-                Cell(name),
-                Cell(cells + 1),
-                cell(campaigns, "fig5", STRESS, **match),
-                Cell(largest, (file,)),
-            ]
-        )
-        rows[-1].append(cell(campaigns, "fig5", "n_cell_crossings", **match))
-    name_axes(figure, "position $x_1$ [m]", r"stress $\sigma$ [Pa]")
-    page.draw(
-        "stress", "Final stress", "Particles, and the exact solution in black.", figure, files
-    )
+    cells = {"MPM-P1": 511, "OTM-P1": 511, "unified": 31, "OTM-maxent": 31}
+    shown = {f"{name}, {n + 1} nodes": method(name, resolution=n) for name, n in cells.items()}
+    figure = stress_panels(campaigns, "fig5", shown, 2)
+    page.draw("stress", "Final stress", "Particles, and the exact solution in black.", figure)
     figure, axes = tiles(len(shown), 2, height=1.3, sharey=False)
-    for axis, (name, (x, wrong)) in zip(axes, errors.items(), strict=True):
-        scatter(axis, x, wrong, name)
-        axis.set_title(f"{name}, {shown[name] + 1} nodes", pad=3)
+    rows = []
+    for axis, (title, match) in zip(axes, shown.items(), strict=True):
+        file, found = fields(campaigns, "fig5", *PROFILE, **match)
+        wrong = (found["stress"] - found["stress_exact"])[:, 0, 0]
+        scatter(axis, found["position"][:, 0], wrong, title)
+        axis.set_title(title, pad=3)
+        error, crossings = quantities(campaigns, "fig5", (STRESS, "n_cell_crossings"), **match)
+        name, nodes = title.partition(",")[0], match["resolution"] + 1
+        rows.append([name, nodes, error, *of_file(file, np.abs(wrong).max()), crossings])
     name_axes(figure, "position $x_1$ [m]", "error of the stress [Pa]")
-    page.draw(
-        "error", "Error of the final stress", "Each panel has a scale of its own.", figure, files
-    )
+    page.draw("error", "Error of the final stress", "Each panel has a scale of its own.", figure)
     columns = ["method", "nodes", "RMS stress error [Pa]", "largest [Pa]", "cell crossings"]
     page.tabulate("errors", "Errors of the stress", columns, rows, numeric=(1, 2, 3, 4))
     return page
@@ -85,19 +66,11 @@ def fig6_chapter(campaigns: Campaigns) -> Chapter:
         "method have order 3 until a limiting value is reached.",
     )
     page.convergence(campaigns["fig6"], (ERROR, STRESS))
-    rows = []
-    for name in ("MPM-P1", "BSMPM"):
-        grids = [method(name, resolution=n) for n in (63, 127, 255, 511)]
-        counts = [cell(campaigns, "fig6", "n_cell_crossings", **match) for match in grids]
-        rows.append([Cell(name), *counts])
-    columns = ["method", *(f"{n + 1} nodes" for n in (63, 127, 255, 511))]
-    page.tabulate(
-        "crossings",
-        "Cell crossings of particles during the run",
-        columns,
-        rows,
-        numeric=(1, 2, 3, 4),
-    )
+    wanted = ("fig6", "n_cell_crossings", "resolution", GRIDS)
+    rows = [[name, *along(campaigns, *wanted, **method(name))] for name in ("MPM-P1", "BSMPM")]
+    columns = ["method", *(f"{n + 1} nodes" for n in GRIDS)]
+    title = "Cell crossings of particles during the run"
+    page.tabulate("crossings", title, columns, rows, numeric=(1, 2, 3, 4))
     page.notes.append(
         "The broken line is the error of the time step alone; orders are read with a step ten "
         "times smaller."
@@ -116,23 +89,15 @@ def fig7_chapter(campaigns: Campaigns) -> Chapter:
         "functions is incomplete. OTM-P1, OTM-maxent and the unified method are significantly "
         "more accurate than their MPM counterparts.",
     )
-    figure, axes = tiles(len(METHODS), 3, height=1.4)
-    files = []
-    for axis, name in zip(axes, METHODS, strict=True):
-        file, found = fields(campaigns, "fig7", *PROFILE, **_as_paper(name))
-        x = found["position"][:, 0]
-        exact_line(axis, x, found["stress_exact"][:, 0, 0])
-        scatter(axis, x, found["stress"][:, 0, 0], name)
-        axis.set_title(name, pad=3)
-        files.append(file)
-    name_axes(figure, "position $x_1$ [m]", r"stress $\sigma$ [Pa]")
+    shown = {name: as_paper(name) for name in METHODS}
+    figure = stress_panels(campaigns, "fig7", shown, 3, height=1.4)
     caption = (
         "68 cells with 4 particles at t = 0.4 s; methods with fixed nodes carry the load on their "
         "last particle. Black: exact solution of the nonlinear bar."
     )
-    page.draw("stress", "Stress in the bar with dynamic traction", caption, figure, files)
+    page.draw("stress", "Stress in the bar with dynamic traction", caption, figure)
     _fig7_edge(page, campaigns)
-    page.add(_fig7_errors(campaigns))
+    _fig7_errors(page, campaigns)
     page.notes.append(
         "The reference is the exact simple wave of the neo-Hookean bar. The paper compares with "
         "the linear wave equation, whose distance from it is in the column beside. The edge is the "
@@ -144,68 +109,49 @@ def fig7_chapter(campaigns: Campaigns) -> Chapter:
 def _fig7_edge(page: Chapter, campaigns: Campaigns) -> None:
     """The end of the bar: what more particles do to BSMPM, and what the place of the load does."""
     shown = {
-        "BSMPM, 4 particles per cell": _as_paper("BSMPM"),
-        "BSMPM, 16 particles per cell": _as_paper("BSMPM") | {"particles_per_cell": 16},
-        "BSMPM, 4, load at the end": _as_paper("BSMPM") | {"method__traction": "end_point"},
-        "unified, 4 particles per cell": _as_paper("unified"),
+        "BSMPM, 4 particles per cell": as_paper("BSMPM"),
+        "BSMPM, 16 particles per cell": as_paper("BSMPM", particles_per_cell=16),
+        "BSMPM, 4, load at the end": as_paper("BSMPM", method__traction="end_point"),
+        "unified, 4 particles per cell": as_paper("unified"),
     }
-    figure, axes = tiles(len(shown), 4, height=1.7)
-    files = []
-    for axis, (label, match) in zip(axes, shown.items(), strict=True):
-        file, found = fields(campaigns, "fig7", *PROFILE, **match)
-        near = found["position_initial"][:, 0] > 1.0 - 3.0 * EDGE
-        x = found["position"][near, 0]
-        exact_line(axis, x, found["stress_exact"][near, 0, 0])
-        scatter(axis, x, found["stress"][near, 0, 0], label.partition(",")[0], size=5.0)
-        axis.set_title(label, pad=3, size=7)
-        files.append(file)
-    name_axes(figure, "position $x_1$ [m]", r"stress $\sigma$ [Pa]")
+    look: dict[str, Any] = {"height": 1.7, "size": 5.0, "title": 7}
+    figure = stress_panels(
+        campaigns, "fig7", shown, 4, chosen=lambda found: _near_end(found, 3.0 * EDGE), **look
+    )
     caption = "The last six cells of the bar. Unless said otherwise BSMPM carries the load on its last particle."
-    page.draw("edge", "The right edge", caption, figure, files)
+    page.draw("edge", "The right edge", caption, figure)
 
 
-def _as_paper(name: str) -> dict[str, object]:
+def _near_end(found: dict[str, np.ndarray], length: float) -> np.ndarray:
+    return found["position_initial"][:, 0] > 1.0 - length
+
+
+def as_paper(name: str, **more: Any) -> dict[str, Any]:
+    """The runs of Fig. 7 with the load where the paper has it, but for what is said otherwise."""
     traction = "end_point" if name in MOVING else "last_particle"
-    more = {"basis__search": "local"} if METHODS[name]["basis"] == "maxent" else {}
-    return method(name, particles_per_cell=4, method__traction=traction, **more)
+    own = {"particles_per_cell": 4, "method__traction": traction} | searched(name)
+    return method(name, **own | more)
 
 
-def _fig7_errors(campaigns: Campaigns) -> Table:
+def _fig7_errors(page: Chapter, campaigns: Campaigns) -> None:
     rows = []
     for name in METHODS:
-        tractions = ("end_point",) if name in MOVING else ("last_particle", "end_point")
-        for traction in tractions:
+        for traction in ("end_point",) if name in MOVING else ("last_particle", "end_point"):
             for particles in (4, 8, 16) if name == "BSMPM" else (4,):
-                match = _as_paper(name) | {
-                    "particles_per_cell": particles,
-                    "method__traction": traction,
-                }
+                match = as_paper(name, particles_per_cell=particles, method__traction=traction)
                 file, found = fields(campaigns, "fig7", *PROFILE, **match)
-                near = found["position_initial"][:, 0] > 1.0 - EDGE
+                near = _near_end(found, EDGE)
                 wrong = (found["stress"] - found["stress_exact"])[:, 0, 0]
-                at_edge, elsewhere = (
-                    float(np.sqrt(np.mean(wrong[part] ** 2))) for part in (near, ~near)
-                )
-                rows.append(
-                    [
-                        *(Cell(name), Cell(traction.replace("_", " ")), Cell(particles)),
-                        cell(campaigns, "fig7", ERROR, **match),
-                        cell(campaigns, "fig7", f"{ERROR}_alternative", **match),
-                        cell(campaigns, "fig7", STRESS, **match),
-                        *(derived(at_edge, file), derived(elsewhere, file)),
-                    ]
-                )
-    columns = [
-        "method",
-        "load at",
-        "particles per cell",
-        "RMS displacement error [m]",
-        "against linear wave [m]",
-    ]
-    columns += ["RMS stress error [Pa]", "at the edge [Pa]", "elsewhere [Pa]"]
-    return Table(
-        "errors", "Errors at t = 0.4 s on 68 cells", columns, rows, numeric=tuple(range(2, 8))
-    )
+                parts = [np.sqrt(np.mean(wrong[part] ** 2)) for part in (near, ~near)]
+                names = (ERROR, f"{ERROR}_alternative", STRESS)
+                errors = quantities(campaigns, "fig7", names, **match)
+                head = [name, traction.replace("_", " "), particles]
+                rows.append([*head, *errors, *of_file(file, *parts)])
+    columns = ["method", "load at", "particles per cell", "RMS displacement error [m]"]
+    columns += ["against linear wave [m]", "RMS stress error [Pa]"]
+    columns += ["at the edge [Pa]", "elsewhere [Pa]"]
+    title = "Errors at t = 0.4 s on 68 cells"
+    page.tabulate("errors", title, columns, rows, numeric=range(2, 8))
 
 
 def fig8_chapter(campaigns: Campaigns) -> Chapter:

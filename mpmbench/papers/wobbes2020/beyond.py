@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 
 from mpmbench.papers.kit import Campaigns, Chapter, MissingRuns, cell, subset
-from mpmbench.papers.parts import along, files_of, finished, name_axes, ratio, single, ticks, tiles
-from mpmbench.papers.wobbes2020.support import ERROR, METHODS, STRESS, method
+from mpmbench.papers.parts import along, finished, ticks
+from mpmbench.papers.wobbes2020.support import ERROR, METHODS, PAIRS, STRESS, method
 from mpmbench.report import style
 from mpmbench.report.claims import Runs
-from mpmbench.report.tables import Cell
+from mpmbench.report.figures import name_axes, single, tiles
+from mpmbench.report.tables import ratio
 
 PARTICLES = (1, 2, 3, 4, 6, 8, 12, 16)
 AMPLITUDES = (0.005, 0.01, 0.02)
@@ -28,30 +29,19 @@ def large_strain_chapter(campaigns: Campaigns) -> Chapter:
         campaigns["large_strain_plate"], (ERROR, STRESS), prefix="plate_", where="plate"
     )
     rows = []
-    pairs = {"unified": "BSMPM", "OTM-P1": "MPM-P1", "OTM-maxent": "MPM-maxent"}
-    for moving, fixed in pairs.items():
-        for campaign, cells, problem in (
-            ("large_strain", 64, "bar"),
-            ("large_strain_plate", 32, "plate"),
-        ):
-            if campaign == "large_strain_plate" and fixed == "MPM-maxent":
+    grids = {"large_strain": ("bar", 64), "large_strain_plate": ("plate", 32)}
+    for moving in ("unified", "OTM-P1", "OTM-maxent"):
+        fixed = PAIRS[moving]
+        for campaign, (problem, cells) in grids.items():
+            if problem == "plate" and fixed == "MPM-maxent":
                 continue
-            errors = [
-                cell(campaigns, campaign, ERROR, **method(name, resolution=cells))
-                for name in (fixed, moving)
-            ]
-            rows.append(
-                [
-                    Cell(f"{moving} against {fixed}"),
-                    Cell(f"{problem}, {cells} cells"),
-                    *errors,
-                    ratio(*errors),
-                ]
-            )
+            matches = [method(name, resolution=cells) for name in (fixed, moving)]
+            errors = [cell(campaigns, campaign, ERROR, **match) for match in matches]
+            head = [f"{moving} against {fixed}", f"{problem}, {cells} cells"]
+            rows.append([*head, *errors, ratio(*errors)])
     columns = ["methods", "problem", "nodes fixed [m]", "nodes moving [m]", "fixed over moving"]
-    page.tabulate(
-        "gain", "What moving nodes gain at large strain", columns, rows, numeric=(2, 3, 4)
-    )
+    title = "What moving nodes gain at large strain"
+    page.tabulate("gain", title, columns, rows, numeric=(2, 3, 4))
     return page
 
 
@@ -61,7 +51,7 @@ def quadrature_chapter(campaigns: Campaigns) -> Chapter:
     page.statement = "The paper: insufficient accuracy of the numerical integration limits MPM."
     names = [name for name in METHODS if name != "MPM-maxent"]
     figure, axes = tiles(len(names), 3, height=1.5)
-    rows, files = [], []
+    rows = []
     for axis, name in zip(axes, names, strict=True):
         for layout, line in (("midpoint", "-"), ("gauss", "--")):
             match = method(name, problem__particle_layout=layout)
@@ -70,14 +60,13 @@ def quadrature_chapter(campaigns: Campaigns) -> Chapter:
             look = style.line(METHODS[name]["method"], METHODS[name]["basis"]) | {"linestyle": line}
             look["markerfacecolor"] = look["color"] if layout == "midpoint" else "white"
             axis.loglog(*finished(PARTICLES, errors, lack), label=layout, **look)
-            rows.append([Cell(name), Cell(layout), *errors])
-            files += files_of(errors)
+            rows.append([name, layout, *errors])
         axis.set_title(name, pad=3)
         ticks(axis, PARTICLES)
     axes[0].legend()
     name_axes(figure, "particles per cell", "RMS displacement error [m]")
     caption = "Bar with fixed ends, 16 cells, time step 2e-6 s: midpoints of equal sub-cells and Gauss points."
-    page.draw("particles", "Error by number and place of particles", caption, figure, files)
+    page.draw("particles", "Error by number and place of particles", caption, figure)
     columns = ["method", "layout", *(f"{n} per cell" for n in PARTICLES)]
     page.tabulate("particles", "RMS displacement error [m]", columns, rows, numeric=range(2, 10))
     page.convergence(campaigns["quadrature_plate"], (ERROR,), prefix="plate_", where="plate")
@@ -89,14 +78,12 @@ def degrees_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter("degrees", "Beyond the paper: B-splines of degree 1, 2 and 3")
     page.convergence(campaigns["degrees"], (ERROR, STRESS))
     for layout, where in (("midpoint", "midpoints of sub-cells"), ("gauss", "Gauss points")):
-        slopes = []
-        for degree in (1, 2, 3):
-            match: dict[str, Any] = {
-                "method": "unified",
-                "basis__degree": degree,
-                "problem__particle_layout": layout,
-            }
-            slopes.append(float(np.mean(Runs(campaigns).order("degrees", ERROR, **match).local)))
+        match: dict[str, Any] = {"method": "unified", "problem__particle_layout": layout}
+        orders = (
+            Runs(campaigns).order("degrees", ERROR, basis__degree=degree, **match)
+            for degree in (1, 2, 3)
+        )
+        slopes = [float(np.mean(order.local)) for order in orders]
         words = ", ".join(f"{slope:.2f}" for slope in slopes)
         page.notes.append(
             f"With particles at {where} the mean slopes of the unified method are {words}."
@@ -109,7 +96,7 @@ def amplitude_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter("amplitude_floor", "Beyond the paper: a floor of MPM-P1 without grid crossing")
     page.statement = "The paper: MPM-P1 suffers from grid-crossing errors that result in a loss of the convergence."
     figure, axes = single()
-    rows, files = [], []
+    rows = []
     for name in ("mpm", "otm"):
         for k, amplitude in enumerate(AMPLITUDES):
             match = {"method": name, "problem__velocity_amplitude": amplitude}
@@ -120,22 +107,22 @@ def amplitude_chapter(campaigns: Campaigns) -> Chapter:
             curve = finished(FLOOR_CELLS, errors, lack)
             text = f"{name.upper()}, {amplitude:g} m/s"
             axes.loglog(*curve, label=text, **style.line(name, "linear", k))
-            rows.append([Cell(name.upper()), Cell(amplitude), *errors, crossings])
-            files += files_of(errors)
+            rows.append([name.upper(), amplitude, *errors, crossings])
     ticks(axes, FLOOR_CELLS)
     axes.set_xlabel("cells along the reference length")
     axes.set_ylabel("RMS displacement error [m]")
     axes.legend(fontsize=6)
     caption = "Linear functions, consistent mass, t = 0.02 s, time step 2e-6 s; one curve for each velocity amplitude."
-    page.draw("floor", "Errors of linear MPM and OTM by amplitude", caption, figure, files)
-    columns = [
-        "method",
-        "amplitude [m/s]",
-        *(f"{n} cells" for n in FLOOR_CELLS),
-        f"crossings, {FLOOR_CELLS[-1]} cells",
-    ]
+    page.draw("floor", "Errors of linear MPM and OTM by amplitude", caption, figure)
+    grids = [f"{n} cells" for n in FLOOR_CELLS]
+    columns = ["method", "amplitude [m/s]", *grids, f"crossings, {grids[-1]}"]
     page.tabulate("errors", "RMS displacement error [m]", columns, rows, numeric=range(1, 7))
-    page.notes.append(floor_sentence(campaigns))
+    exponent, of_mpm, of_otm = floor_growth(campaigns)
+    page.notes.append(
+        f"From {FLOOR_CELLS[-2]} to {FLOOR_CELLS[-1]} cells the slope of MPM at {AMPLITUDES[-1]:g} "
+        f"m/s is {of_mpm:.2f}, that of OTM {of_otm:.2f}; the error of MPM on the finest grid grows "
+        f"with the amplitude to the power {exponent:.2f}."
+    )
     return page
 
 
@@ -158,13 +145,3 @@ def floor_growth(campaigns: Campaigns) -> tuple[float, float, float]:
 def _slope(coarse: float, fine: float) -> float:
     """Exponent of a factor of two."""
     return math.log2(coarse / fine)
-
-
-def floor_sentence(campaigns: Campaigns) -> str:
-    """What the table says."""
-    exponent, of_mpm, of_otm = floor_growth(campaigns)
-    return (
-        f"From {FLOOR_CELLS[-2]} to {FLOOR_CELLS[-1]} cells the slope of MPM at {AMPLITUDES[-1]:g} "
-        f"m/s is {of_mpm:.2f}, that of OTM {of_otm:.2f}; the error of MPM on the finest grid grows "
-        f"with the amplitude to the power {exponent:.2f}."
-    )

@@ -1,5 +1,6 @@
 """What the paper's equations do as printed, and how max-ent can come out at order 1 to 2."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -7,25 +8,24 @@ from matplotlib.figure import Figure
 
 from mpmbench.analysis.convergence import OrderEstimate, estimate_order, order_with_interval
 from mpmbench.papers.kit import Campaigns, Chapter
-from mpmbench.papers.parts import name_axes, ticks, tiles
+from mpmbench.papers.parts import of_file, ticks
 from mpmbench.papers.wobbes2020.support import ERROR, fields
 from mpmbench.report import style
 from mpmbench.report.claims import Runs
+from mpmbench.report.figures import name_axes, tiles
 from mpmbench.report.tables import Cell
 
 CELLS = (8, 16, 32, 64)
-STEP = {"time_step": 1e-6}
-MAXENT = {
-    "method": "otm",
-    "basis": "maxent",
-    "mass": "consistent",
-    "basis__tolerance": 1e-12,
-} | STEP
+STEP, LARGER = {"time_step": 1e-6}, {"time_step": 1e-5}
+CONSISTENT = {"method": "otm", "basis": "maxent", "mass": "consistent"}
+MAXENT = CONSISTENT | {"basis__tolerance": 1e-12} | STEP
 UNIFIED = {"method": "unified", "basis": "bspline", "mass": "consistent"} | STEP
 LUMPED = {"method": "otm", "basis": "maxent", "mass": "lumped"}
 PRINTED = {"method": "otm", "basis": "maxent_printed"}
+EQ99 = {"method": "unified_eq99"}
 
 # name, what is changed, and what the run must match
+LATE = "constrained entries set to zero after the solve"
 VARIANTS: tuple[tuple[str, str, dict[str, Any]], ...] = (
     ("max-ent, OTM", "nothing: the reference", MAXENT),
     (
@@ -49,38 +49,18 @@ VARIANTS: tuple[tuple[str, str, dict[str, Any]], ...] = (
         "lumped mass with Eq. 49, time step 1e-6 s",
         LUMPED | STEP | {"method__transfer": "position_difference"},
     ),
-    (
-        "lumped, Algorithm 2, larger step",
-        "the same, time step 1e-5 s",
-        LUMPED | {"time_step": 1e-5},
-    ),
+    ("lumped, Algorithm 2, larger step", "the same, time step 1e-5 s", LUMPED | LARGER),
     (
         "lumped with FLIP",
         "lumped mass, FLIP in place of Eq. 49",
         LUMPED | STEP | {"method__transfer": "flip"},
     ),
-    (
-        "late constraints",
-        "constrained entries set to zero after the solve",
-        {"method": "otm_late", "basis": "maxent"},
-    ),
+    ("late constraints", LATE, {"method": "otm_late", "basis": "maxent"}),
     ("unified", "nothing: the reference", UNIFIED),
     ("unified, lumped", "lumped mass", UNIFIED | {"mass": "lumped"}),
-    (
-        "unified, Eq. 99",
-        "volumes multiply, Eq. 99, time step 1e-6 s",
-        {"method": "unified_eq99", **STEP},
-    ),
-    (
-        "unified, Eq. 99, larger step",
-        "the same, time step 1e-5 s",
-        {"method": "unified_eq99", "time_step": 1e-5},
-    ),
-    (
-        "unified, late constraints",
-        "constrained entries set to zero after the solve",
-        {"method": "unified_late"},
-    ),
+    ("unified, Eq. 99", "volumes multiply, Eq. 99, time step 1e-6 s", EQ99 | STEP),
+    ("unified, Eq. 99, larger step", "the same, time step 1e-5 s", EQ99 | LARGER),
+    ("unified, late constraints", LATE, {"method": "unified_late"}),
 )
 LETTERS = "abcdefghijklmnop"
 CLOSE = 1.7
@@ -104,7 +84,7 @@ def norm_as_printed(campaigns: Campaigns, match: dict[str, Any]) -> list[Cell]:
         wanted = ("displacement", "displacement_exact")
         file, found = fields(campaigns, "errata", *wanted, resolution=n, **match)
         mean = float(np.mean(found["displacement_exact"] - found["displacement"]))
-        cells.append(Cell(float(np.sqrt(abs(mean))), (file,)))
+        cells += of_file(file, np.sqrt(abs(mean)))
     return cells
 
 
@@ -130,52 +110,25 @@ def errata_chapter(campaigns: Campaigns) -> Chapter:
         "(Fig. 6).",
     )
     everything = [(name, what, variant_errors(campaigns, match)) for name, what, match in VARIANTS]
-    for name, match in NORMS.items():
-        everything.append(
-            (
-                name,
-                "the error norm of Eq. 102, without the square",
-                norm_as_printed(campaigns, match),
-            )
-        )
+    norm = "the error norm of Eq. 102, without the square"
+    everything += [(name, norm, norm_as_printed(campaigns, match)) for name, match in NORMS.items()]
     rows, explains = [], []
     for letter, (name, what, errors) in zip(LETTERS, everything, strict=False):
         found = order_of(errors, "m^0.5" if name in NORMS else "m")
         slopes = ", ".join(f"{slope:.2f}" for slope in found.local)
-        order = Cell(order_with_interval(found))
-        rows.append(
-            [
-                Cell(letter),
-                Cell(name),
-                Cell(what),
-                *errors,
-                Cell(slopes),
-                order,
-                Cell(found.verdict),
-            ]
-        )
+        order = order_with_interval(found)
+        rows.append([letter, name, what, *errors, slopes, order, found.verdict])
         if not name.startswith("unified") and between_one_and_two(found):
             explains.append(f"{name} ({slopes})")
     caption = (
         "Letters are those of the table. Full lines: corrected equations; broken lines: one thing "
         "changed; dots: the norm of Eq. 102, in m^(1/2)."
     )
-    files = campaigns["errata"].runs.index
-    page.draw(
-        "variants", "What each erratum does to the error", caption, _curves(everything), files
-    )
-    columns = [
-        "",
-        "variant",
-        "what is changed",
-        *(f"{n} cells" for n in CELLS),
-        "local slopes",
-        "order",
-        "verdict",
-    ]
-    page.tabulate(
-        "orders", "Errors [m] and orders of the variants", columns, rows, numeric=(3, 4, 5, 6)
-    )
+    page.draw("variants", "What each erratum does to the error", caption, _curves(everything))
+    columns = ["", "variant", "what is changed", *(f"{n} cells" for n in CELLS)]
+    columns += ["local slopes", "order", "verdict"]
+    title = "Errors [m] and orders of the variants"
+    page.tabulate("orders", title, columns, rows, numeric=(3, 4, 5, 6))
     page.notes += conclusions({name: errors for name, _, errors in everything}, explains)
     return page
 
@@ -193,13 +146,16 @@ def _curves(everything: list[tuple[str, str, list[Cell]]]) -> Figure:
         values = [float(cell.value) for cell in errors]
         axes.loglog(CELLS, values, **look)
         ends[splines].append((values[-1], letter))
-    for axes, found in ((left, ends[False]), (right, ends[True])):
+    beside: dict[str, Any] = {
+        "textcoords": "offset points",
+        "ha": "left",
+        "va": "center",
+        "size": 7,
+    }
+    titles = ("max-ent functions, OTM", "B-splines, unified method")
+    for axes, title, found in zip((left, right), titles, ends.values(), strict=True):
         for value, letters in _together(found):
-            place = (CELLS[-1], value)
-            axes.annotate(
-                letters, place, (5, 0), textcoords="offset points", ha="left", va="center", size=7
-            )
-    for axes, title in ((left, "max-ent functions, OTM"), (right, "B-splines, unified method")):
+            axes.annotate(letters, (CELLS[-1], value), (5, 0), **beside)
         axes.set_title(title, pad=3)
         axes.set_xlim(CELLS[0] / 1.2, CELLS[-1] * 2.0)
         ticks(axes, CELLS)
@@ -207,7 +163,7 @@ def _curves(everything: list[tuple[str, str, list[Cell]]]) -> Figure:
     return figure
 
 
-def _together(ends: list[tuple[float, str]]) -> list[tuple[float, str]]:
+def _together(ends: list[tuple[float, str]]) -> Iterator[tuple[float, str]]:
     """Letters of curves that end within a factor of `CLOSE` as one label, with its place."""
     groups: list[list[tuple[float, str]]] = []
     for value, letter in sorted(ends):
@@ -215,13 +171,12 @@ def _together(ends: list[tuple[float, str]]) -> list[tuple[float, str]]:
             groups[-1].append((value, letter))
         else:
             groups.append([(value, letter)])
-    return [
-        (
-            float(np.exp(np.mean([np.log(value) for value, _ in group]))),
-            ", ".join(sorted(letter for _, letter in group)),
+    for group in groups:
+        values, letters = zip(*group, strict=True)
+        yield (
+            float(np.exp(np.mean([np.log(value) for value in values]))),
+            ", ".join(sorted(letters)),
         )
-        for group in groups
-    ]
 
 
 def conclusions(errors: dict[str, list[Cell]], explains: list[str]) -> list[str]:

@@ -1,23 +1,22 @@
 """Fig. 9: the plate in axis-aligned motion, and its convergence, which the paper does not show."""
 
-import dataclasses
 from typing import Any
 
 import numpy as np
 
 from mpmbench.papers.kit import Campaigns, Chapter, cell, study_of
-from mpmbench.papers.parts import exact_line, name_axes, quantities, tiles
+from mpmbench.papers.parts import of_file, quantities
 from mpmbench.papers.wobbes2020.support import (
     ERROR,
     RELATIVE,
     RELATIVE_STRESS,
     STRESS,
-    derived,
     fields,
     method,
-    scatter,
+    stress_panels,
 )
 from mpmbench.report import figures, tables
+from mpmbench.report.series import Series
 from mpmbench.report.tables import Cell
 
 ROW = 0.07  # height of the row of particles that Fig. 9 shows [m]
@@ -46,41 +45,29 @@ def fig9_chapter(campaigns: Campaigns) -> Chapter:
         "of 2 with OTM) are considerably more accurate; the unified approach and BSMPM are "
         "smoother still and in close agreement with the analytical solution.",
     )
-    figure, axes = tiles(len(SHOWN), 3, height=1.4)
-    files = []
-    for axis, (name, match) in zip(axes, SHOWN.items(), strict=True):
-        file, found = fields(
-            campaigns, "fig9", "position", "position_initial", "stress", "stress_exact", **match
-        )
-        height = found["position_initial"][:, 1]
-        row = np.isclose(height, height[np.argmin(np.abs(height - ROW))])
-        order = np.flatnonzero(row)[np.argsort(found["position"][row, 0])]
-        x = found["position"][order, 0]
-        exact_line(axis, x, 1e-3 * found["stress_exact"][order, 0, 0])
-        scatter(axis, x, 1e-3 * found["stress"][order, 0, 0], name)
-        axis.set_title(name, pad=3)
-        files.append(file)
-    name_axes(figure, "position $x_1$ [m]", r"stress $\sigma_{11}$ [kPa]")
+    stress = r"stress $\sigma_{11}$ [kPa]"
+    figure = stress_panels(campaigns, "fig9", SHOWN, 3, 1.4, stress, scale=1e-3, chosen=_row)
     caption = (
         f"Particles that started nearest to x2 = {ROW} m, on 33 x 33 nodes; black: exact solution. "
         "Supports of max-ent functions are 2 node spacings; 3 with MPM, as in the paper, are in "
         "the table."
     )
-    page.draw("stress", "Normal stress along the plate", caption, figure, files)
+    page.draw("stress", "Normal stress along the plate", caption, figure)
     rows = []
     for name, match in {**SHOWN, **WIDE}.items():
         errors = quantities(campaigns, "fig9", (ERROR, RELATIVE, STRESS, RELATIVE_STRESS), **match)
-        rows.append([Cell(name), *errors, first_component(campaigns, match)])
-    columns = [
-        "method",
-        "RMS displacement error [m]",
-        "relative",
-        "RMS stress error [Pa]",
-        "relative",
-    ]
-    columns.append("relative, first component alone")
+        rows.append([name, *errors, first_component(campaigns, match)])
+    columns = ["method", "RMS displacement error [m]", "relative", "RMS stress error [Pa]"]
+    columns += ["relative", "relative, first component alone"]
     page.tabulate("errors", "Errors on 33 x 33 nodes", columns, rows, numeric=range(1, 6))
     return page
+
+
+def _row(found: dict[str, np.ndarray]) -> np.ndarray:
+    """Particles that started in the row nearest to `ROW`, along the row."""
+    height = found["position_initial"][:, 1]
+    row = np.isclose(height, height[np.argmin(np.abs(height - ROW))])
+    return np.flatnonzero(row)[np.argsort(found["position"][row, 0])]
 
 
 def first_component(campaigns: Campaigns, match: dict[str, Any]) -> Cell:
@@ -89,11 +76,9 @@ def first_component(campaigns: Campaigns, match: dict[str, Any]) -> Cell:
     if not isinstance(whole.value, float):
         return Cell()
     file, found = fields(campaigns, "fig9", "stress", "stress_exact", **match)
-    wrong, exact = (
-        (found["stress"] - found["stress_exact"])[:, 0, 0],
-        found["stress_exact"][:, 0, 0],
-    )
-    return derived(float(np.sqrt(np.mean(wrong**2) / np.mean(exact**2))), file)
+    exact = found["stress_exact"][:, 0, 0]
+    wrong = found["stress"][:, 0, 0] - exact
+    return of_file(file, np.sqrt(np.mean(wrong**2) / np.mean(exact**2)))[0]
 
 
 def plate_orders_chapter(campaigns: Campaigns) -> Chapter:
@@ -105,20 +90,17 @@ def plate_orders_chapter(campaigns: Campaigns) -> Chapter:
         "The chapter on particles as quadrature points shows what the 4 x 4 midpoints in each cell "
         "cost."
     )
-    large = campaigns["time_step_plate"]
-    study = study_of(large)
+    study = study_of(campaigns["time_step_plate"])
     table = tables.errors(study, ERROR)
-    if table is not None:
+    if table:
         title = "RMS displacement error [m] on 65 x 65 nodes with the time step of 33 x 33 nodes, 1e-4 s"
-        rows = list(table.rows)
-        rows += [
-            [Cell(one.label), *_ends(one)] for one in study.series if not len(one.finite(ERROR))
-        ]
-        page.add(dataclasses.replace(table, name="large_step", title=title, rows=rows))
+        failed = [one for one in study.series if not len(one.finite(ERROR))]
+        rows = [*table.rows, *([one.label, *_ends(one)] for one in failed)]
+        page.add(table, name="large_step", title=title, rows=rows)
     return page
 
 
-def _ends(one: Any) -> list[Cell]:
+def _ends(one: Series) -> list[Cell]:
     """How the runs of a curve without results ended."""
     return [
         Cell(str(row.status).replace("_", " "), (str(file),)) for file, row in one.runs.iterrows()
@@ -134,13 +116,12 @@ def work_chapter(campaigns: Campaigns) -> Chapter:
         "plate_orders": "plate in axis-aligned motion",
     }
     for name, title in titles.items():
-        study = study_of(campaigns[name])
-        drawn = figures.work_precision(study, ERROR)
+        drawn = figures.work_precision(study_of(campaigns[name]), ERROR)
         if drawn is None:
             continue
         figure, exclusive = drawn
-        caption = "Solver time without compiling, local search." + (
-            "" if exclusive else " The machine was shared."
-        )
-        page.draw(name, f"Work and precision: {title}", caption, figure, study.runs.index)
+        caption = "Solver time without compiling, local search."
+        if not exclusive:
+            caption += " The machine was shared."
+        page.draw(name, f"Work and precision: {title}", caption, figure)
     return page

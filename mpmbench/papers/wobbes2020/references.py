@@ -1,15 +1,15 @@
 """Values that an independent prototype gave for the same set-ups, beside those of our runs."""
 
-import dataclasses
+import itertools
 from typing import Any
 
 import numpy as np
 
 from mpmbench.papers.kit import Campaigns, Chapter, cell
-from mpmbench.papers.parts import along
+from mpmbench.papers.parts import along, numbers, with_digits
 from mpmbench.papers.wobbes2020.plate import first_component
 from mpmbench.papers.wobbes2020.support import ERROR, METHODS, RELATIVE, RELATIVE_STRESS, method
-from mpmbench.report.tables import Cell, Table
+from mpmbench.report.tables import Cell
 
 AT_END = {"particles_per_cell": 4, "method__traction": "end_point"}
 AT_LAST = {"particles_per_cell": 4, "method__traction": "last_particle"}
@@ -72,38 +72,18 @@ def references_chapter(campaigns: Campaigns) -> Chapter:
     page = Chapter("references", "Agreement with an independent prototype")
     rows, apart = [], []
     for problem, what, campaign, quantity, match, expected, tolerance in VALUES:
-        found = cell(campaigns, campaign, quantity, **match)
-        known = isinstance(found.value, float)
-        deviation = (
-            (found.value - expected) / expected
-            if known and expected
-            else 0.0
-            if known
-            else float("nan")
-        )
-        agrees = known and abs(found.value - expected) <= tolerance * expected
-        rows.append(
-            [
-                *(
-                    Cell(problem),
-                    Cell(what),
-                    Cell(expected, digits=4),
-                    dataclasses.replace(found, digits=4),
-                ),
-                Cell(f"{deviation:+.1%}" if known else "", found.files),
-            ]
-        )
-        rows[-1].append(Cell("yes" if agrees else "no"))
+        found = with_digits(4, cell(campaigns, campaign, quantity, **match))
+        deviation, agrees = Cell("", found.files), False
+        if isinstance(found.value, float):
+            apart_by = found.value - expected
+            deviation = Cell(f"{apart_by / expected if expected else 0.0:+.1%}", found.files)
+            agrees = abs(apart_by) <= tolerance * expected
+        head = [problem, what, Cell(expected, digits=4)]
+        rows.append([*head, found, deviation, "yes" if agrees else "no"])
         if not agrees:
             apart.append(f"{what} in {problem}")
-    columns = [
-        "problem",
-        "what",
-        "prototype",
-        "here",
-        "deviation",
-        "within 2 % (10 % with crossings)",
-    ]
+    columns = ["problem", "what", "prototype", "here", "deviation"]
+    columns.append("within 2 % (10 % with crossings)")
     note = (
         "Errors are RMS displacement errors [m] unless they are called relative; prototype values "
         "have 3 or 4 digits."
@@ -114,17 +94,15 @@ def references_chapter(campaigns: Campaigns) -> Chapter:
         + (f" Apart: {'; '.join(apart)}." if apart else "")
     )
     page.notes += _erratum(campaigns)
-    page.add(_local_orders(campaigns))
+    _local_orders(page, campaigns)
     return page
 
 
 def _erratum(campaigns: Campaigns) -> list[str]:
     """A prototype value that is another norm than it says."""
     match = method("OTM-maxent")
-    whole, first = (
-        cell(campaigns, "fig9", RELATIVE_STRESS, **match),
-        first_component(campaigns, match),
-    )
+    whole = cell(campaigns, "fig9", RELATIVE_STRESS, **match)
+    first = first_component(campaigns, match)
     if not (isinstance(whole.value, float) and isinstance(first.value, float)):
         return []
     if abs(first.value - 5.96e-4) < abs(whole.value - 5.96e-4):
@@ -136,23 +114,17 @@ def _erratum(campaigns: Campaigns) -> list[str]:
     return []
 
 
-def _local_orders(campaigns: Campaigns) -> Table:
+def _local_orders(page: Chapter, campaigns: Campaigns) -> None:
     rows = []
     for what, campaign, match, expected in ORDERS:
         errors = along(campaigns, campaign, ERROR, "resolution", GRIDS, **match)
-        row = [Cell(what)]
-        for k, order in enumerate(expected):
-            pair = errors[k : k + 2]
-            known = all(isinstance(e.value, float) for e in pair)
-            slope = float(np.log2(pair[0].value / pair[1].value)) if known else float("nan")
-            row += [
-                Cell(order),
-                dataclasses.replace(pair[0], value=slope, files=pair[0].files + pair[1].files),
-            ]
+        row: list[Any] = [what]
+        for order, pair in zip(expected, itertools.pairwise(errors), strict=True):
+            coarse, fine = numbers(pair)
+            row += [order, Cell(float(np.log2(coarse / fine)), pair[0].files + pair[1].files)]
         rows.append(row)
     columns = ["what"]
-    for k in range(3):
-        columns += [f"{GRIDS[k]} to {GRIDS[k + 1]}: prototype", "here"]
-    return Table(
-        "slopes", "Orders between neighbouring grids", columns, rows, numeric=tuple(range(1, 7))
-    )
+    for n, finer in itertools.pairwise(GRIDS):
+        columns += [f"{n} to {finer}: prototype", "here"]
+    title = "Orders between neighbouring grids"
+    page.tabulate("slopes", title, columns, rows, numeric=range(1, 7))

@@ -1,14 +1,18 @@
 """What the chapters and claims on Wobbes et al. share: the paper's methods, and short cuts."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from mpmbench.papers.kit import Campaigns, variables
+from mpmbench.papers.parts import exact_line
 from mpmbench.report import style
-from mpmbench.report.tables import Cell
+from mpmbench.report.figures import name_axes, tiles
 
+PROFILE = ("position", "position_initial", "stress", "stress_exact")
 ERROR, STRESS, TIME = "error_displacement_rms", "error_stress_rms", "solver_time"
 RELATIVE, RELATIVE_STRESS = "error_displacement_relative", "error_stress_relative"
 
@@ -22,12 +26,18 @@ METHODS: dict[str, dict[str, Any]] = {
     "unified": {"method": "unified", "basis": "bspline"},
 }
 MASS = {"MPM-P1": "lumped"}  # all others consistent
-MOVING = ("OTM-P1", "OTM-maxent", "unified")
+PAIRS = {"OTM-P1": "MPM-P1", "OTM-maxent": "MPM-maxent", "unified": "BSMPM"}  # moving and fixed
+MOVING = tuple(PAIRS)
 
 
 def method(name: str, **more: Any) -> dict[str, Any]:
     """What a run of one of the paper's methods must match, its mass included."""
     return METHODS[name] | {"mass": MASS.get(name, "consistent")} | more
+
+
+def searched(name: str, search: str = "local") -> dict[str, str]:
+    """Which runs of max-ent functions are meant: those that search near nodes, or all of them."""
+    return {"basis__search": search} if METHODS[name]["basis"] == "maxent" else {}
 
 
 def fields(
@@ -40,20 +50,35 @@ def fields(
     }
 
 
-def derived(value: float | str, *files: str) -> Cell:
-    """A cell computed from the fields of some files."""
-    return Cell(value, tuple(dict.fromkeys(files)))
+def scatter(axes: Axes, x: np.ndarray, y: np.ndarray, title: str, size: float = 2.0) -> None:
+    """Particles in the colour of the method that the title of a panel begins with."""
+    method = METHODS[title.partition(",")[0]]["method"]
+    axes.plot(x, y, rasterized=True, **style.dots(method, size))
 
 
-def scatter(axes: Axes, x: np.ndarray, y: np.ndarray, name: str, size: float = 2.0) -> None:
-    """Particles in the colour of their method."""
-    axes.plot(
-        x,
-        y,
-        linestyle="none",
-        marker=".",
-        ms=size,
-        mew=0,
-        rasterized=True,
-        color=style.colour(METHODS[name]["method"]),
-    )
+def stress_panels(
+    campaigns: Campaigns,
+    campaign: str,
+    shown: dict[str, dict[str, Any]],
+    columns: int,
+    height: float = 1.5,
+    stress: str = r"stress $\sigma$ [Pa]",
+    scale: float = 1.0,
+    size: float = 2.0,
+    chosen: Callable[[dict[str, np.ndarray]], Any] = lambda found: slice(None),
+    title: float = 8.0,
+) -> Figure:
+    """Stress of particles at the end, times `scale`; a panel for each run by its title.
+
+    `chosen` picks particles, and the exact solution is black.
+    """
+    figure, axes = tiles(len(shown), columns, height)
+    for axis, (name, match) in zip(axes, shown.items(), strict=True):
+        _, found = fields(campaigns, campaign, *PROFILE, **match)
+        some = chosen(found)
+        x = found["position"][some, 0]
+        exact_line(axis, x, scale * found["stress_exact"][some, 0, 0])
+        scatter(axis, x, scale * found["stress"][some, 0, 0], name, size)
+        axis.set_title(name, pad=3, size=title)
+    name_axes(figure, "position $x_1$ [m]", stress)
+    return figure

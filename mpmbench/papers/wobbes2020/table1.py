@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from mpmbench.papers.kit import Campaigns, Chapter, subset
-from mpmbench.papers.parts import single
-from mpmbench.papers.wobbes2020.support import METHODS, TIME, method
-from mpmbench.report import figures, style
-from mpmbench.report.tables import Cell, Table
+from mpmbench.papers.wobbes2020.support import METHODS, TIME, method, searched
+from mpmbench.report import style
+from mpmbench.report.figures import log_ticks, single
+from mpmbench.report.tables import Cell, median
 from mpmbench.results.records import Campaign, open_result
 
 CELLS = {31: "32 nodes", 511: "512 nodes"}
@@ -26,16 +26,13 @@ def ratios(
     The methods take turns with their repeats, so the two times of a quotient were measured soon
     after each other.
     """
-    more = {"basis__search": search} if METHODS[name]["basis"] == "maxent" else {}
-    file, times = _times(campaign, method(name), cells, more)
-    base, base_times = _times(campaign, method("MPM-P1"), cells, {})
+    file, times = _times(campaign, cells, **method(name), **searched(name, search))
+    base, base_times = _times(campaign, cells, **method("MPM-P1"))
     repeats = min(len(times), len(base_times))
     return np.array(times[:repeats]) / np.array(base_times[:repeats]), (file, base)
 
 
-def _times(
-    campaign: Campaign, match: dict[str, Any], cells: int, more: dict[str, str]
-) -> tuple[str, list[float]]:
+def _times(campaign: Campaign, cells: int, **match: Any) -> tuple[str, list[float]]:
     """File and solver times of all repeats of one run [s].
 
     Raises
@@ -43,9 +40,8 @@ def _times(
     MissingRuns
         When there is no such run, or it shared the machine with others.
     """
-    found = subset(
-        campaign, **match, resolution=cells, status="ok", timing_context="exclusive", **more
-    ).runs
+    alone = {"status": "ok", "timing_context": "exclusive"}
+    found = subset(campaign, **match, resolution=cells, **alone).runs
     file = str(found.index[0])
     with open_result(campaign.folder / file) as dataset:
         times = np.atleast_1d(dataset.attrs.get("solver_times", found[TIME].to_numpy()[:1]))
@@ -63,7 +59,7 @@ def table1_chapter(campaigns: Campaigns) -> Chapter:
         "max-ent functions. The max-ent computations were made without a search algorithm.",
     )
     _ratios(page, campaign)
-    page.add(_seconds(campaign))
+    _seconds(page, campaign)
     return page
 
 
@@ -85,16 +81,16 @@ def _ratios(page: Chapter, campaign: Campaign) -> None:
         if name not in order:
             continue
         everywhere = search == "all" or METHODS[name]["basis"] != "maxent"
-        row = [Cell(label)]
+        colour = style.colour(METHODS[name]["method"])
+        face = "white" if search == "all" else colour
+        look: dict[str, Any] = {"color": colour, "markerfacecolor": face, "capsize": 2, "lw": 1}
+        row: list[Any] = [label]
         for panel, cells in enumerate(CELLS):
             paper = PAPER[cells][name] if everywhere else float("nan")
             found, files = ratios(campaign, name, cells, search)
             middle, low, high = float(np.median(found)), float(found.min()), float(found.max())
-            row += [Cell(paper), Cell(middle, files), Cell(f"{low:.2f} to {high:.2f}", files)]
+            row += [paper, Cell(middle, files), Cell(f"{low:.2f} to {high:.2f}", files)]
             y = order.index(name) + (0.2 if panel else -0.2) + (0.12 if search == "all" else 0.0)
-            colour = style.colour(METHODS[name]["method"])
-            face = "white" if search == "all" else colour
-            look: dict[str, Any] = {"color": colour, "markerfacecolor": face, "capsize": 2, "lw": 1}
             spread = [[middle - low], [high - middle]]
             axes.errorbar(middle, y, xerr=spread, marker="os"[panel], **look)
             if np.isfinite(paper):
@@ -103,13 +99,13 @@ def _ratios(page: Chapter, campaign: Campaign) -> None:
     axes.set_xscale("log")
     axes.set_yticks(range(len(order)), order)
     axes.invert_yaxis()
-    figures.log_ticks(axes.xaxis, span=100.0)
+    log_ticks(axes.xaxis, span=100.0)
     axes.set_xlabel("solver time over that of MPM-P1")
     caption = (
         "Circles: 32 nodes, squares: 512 nodes; filled: search among near nodes, white: among all "
         "nodes; bars: smallest and largest repeat; crosses: the paper."
     )
-    page.draw("ratios", "Times over those of linear MPM", caption, figure, campaign.runs.index)
+    page.draw("ratios", "Times over those of linear MPM", caption, figure)
     columns = ["method"]
     for nodes in CELLS.values():
         columns += [f"{nodes}: paper", "here", "range"]
@@ -121,20 +117,19 @@ def _ratios(page: Chapter, campaign: Campaign) -> None:
     page.tabulate("ratios", title, columns, rows, numeric=range(1, 7), note=note)
 
 
-def _seconds(campaign: Campaign) -> Table:
+def _seconds(page: Chapter, campaign: Campaign) -> None:
     """Medians in seconds, per step and particle."""
     rows = []
     for label, name, search in variants():
-        row = [Cell(label)]
+        row: list[Any] = [label]
         for cells in CELLS:
-            more = {"basis__search": search} if METHODS[name]["basis"] == "maxent" else {}
-            runs = subset(campaign, **method(name), resolution=cells, status="ok", **more).runs
-            files = tuple(map(str, runs.index))
+            match = method(name, resolution=cells, status="ok", **searched(name, search))
+            runs = subset(campaign, **match).runs
+            time = median(runs, TIME)
             work = float((runs.steps * runs.n_particles).median())
-            seconds = float(runs[TIME].median())
-            row += [Cell(seconds, files), Cell(1e9 * seconds / work, files)]
+            row += [time, Cell(1e9 * time.value / work, time.files)]
         rows.append(row)
     columns = ["method"]
     for nodes in CELLS.values():
         columns += [f"{nodes} [s]", "per particle and step [ns]"]
-    return Table("seconds", "Solver time", columns, rows, numeric=(1, 2, 3, 4))
+    page.tabulate("seconds", "Solver time", columns, rows, numeric=(1, 2, 3, 4))
