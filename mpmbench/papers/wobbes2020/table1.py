@@ -26,13 +26,15 @@ def ratios(
     The methods take turns with their repeats, so the two times of a quotient were measured soon
     after each other.
     """
-    file, times = _times(campaign, cells, **method(name), **searched(name, search))
-    base, base_times = _times(campaign, cells, **method("MPM-P1"))
+    file, times = _times(campaign, name, cells, search)
+    base, base_times = _times(campaign, "MPM-P1", cells)
     repeats = min(len(times), len(base_times))
     return np.array(times[:repeats]) / np.array(base_times[:repeats]), (file, base)
 
 
-def _times(campaign: Campaign, cells: int, **match: Any) -> tuple[str, list[float]]:
+def _times(
+    campaign: Campaign, name: str, cells: int, search: str = "local"
+) -> tuple[str, list[float]]:
     """File and solver times of all repeats of one run [s].
 
     Raises
@@ -40,8 +42,8 @@ def _times(campaign: Campaign, cells: int, **match: Any) -> tuple[str, list[floa
     MissingRuns
         When there is no such run, or it shared the machine with others.
     """
-    alone = {"status": "ok", "timing_context": "exclusive"}
-    found = subset(campaign, **match, resolution=cells, **alone).runs
+    match = method(name, resolution=cells, status="ok", timing_context="exclusive")
+    found = subset(campaign, **match, **searched(name, search)).runs
     file = str(found.index[0])
     with open_result(campaign.folder / file) as dataset:
         times = np.atleast_1d(dataset.attrs.get("solver_times", found[TIME].to_numpy()[:1]))
