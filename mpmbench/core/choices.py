@@ -41,31 +41,11 @@ class Choices(Settings):
     particles_are_nodes: ClassVar[bool] = False
 
     # What holds for a loop without a setting of this name; the others have a field instead.
-
-    @property
-    def mass(self) -> str:
-        """Mass matrix: ``lumped`` or ``consistent``."""
-        return "lumped"
-
-    @property
-    def mass_cutoff(self) -> float:
-        """Degrees of freedom with less than this many particle masses are left out."""
-        return 1e-6
-
-    @property
-    def transfer(self) -> str:
-        """Name of the transfer of velocities between particles and nodes."""
-        return "flip"
-
-    @property
-    def traction(self) -> str:
-        """Where a point load acts: on its ``end_point`` or on the ``last_particle``."""
-        return "end_point"
-
-    @property
-    def dirichlet(self) -> str:
-        """How boundary points are held: ``direct`` is by their nodes."""
-        return "direct"
+    mass = "lumped"  # mass matrix, or consistent
+    mass_cutoff = 1e-6  # degrees of freedom with less than this many particle masses are left out
+    transfer = "flip"  # of velocities between particles and nodes, by its name
+    traction = "end_point"  # where a point load acts, or last_particle
+    dirichlet = "direct"  # boundary points are held by their nodes
 
     @property
     def moving(self) -> bool:

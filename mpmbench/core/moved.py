@@ -71,14 +71,10 @@ def complete(old: type, base: type) -> None:
 
 
 def advice(file: Path, public: Container[str]) -> str:
-    """One sentence on imports of a plug-in that have a better place now; empty when there are none.
+    """One sentence on imports of a plug-in's file that have a better place now; empty when there are none.
 
-    Parameters
-    ----------
-    file : Path
-        A plug-in's file; what cannot be read or parsed gets no advice, but an error on import.
-    public : container of str
-        Names that ``mpmbench`` itself offers.
+    The names in `public` are those that ``mpmbench`` itself offers. What cannot be read or parsed
+    gets no advice, but an error on import.
     """
     try:
         tree = ast.parse(file.read_bytes())

@@ -161,10 +161,7 @@ def load_plugins() -> None:
 def load_file(file: Path) -> str:
     """Import one plug-in file from any folder, and return its name as a module.
 
-    Raises
-    ------
-    BrokenPlugin
-        When it cannot be imported.
+    Raises `BrokenPlugin` when it cannot be imported.
     """
     known = {place: name for name, place in plugin_modules().items()}
     name = known.get(file.resolve(), PREFIX + re.sub(r"\W", "_", file.stem))
