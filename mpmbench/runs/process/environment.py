@@ -5,6 +5,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import MutableMapping
+from contextlib import suppress
 from pathlib import Path
 
 from mpmbench.results.identity import sources_hash
@@ -55,10 +56,8 @@ def start_from(plain: Path, folder: Path) -> None:
 
 def link(source: str, target: str) -> None:
     """Link one file, unless it was temporary and is gone."""
-    try:
+    with suppress(FileNotFoundError):
         os.link(source, target)
-    except FileNotFoundError:
-        pass
 
 
 def prepare(environment: MutableMapping[str, str]) -> None:

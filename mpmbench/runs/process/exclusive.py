@@ -36,10 +36,7 @@ def folder() -> Path:
 def turn(alone: bool) -> Iterator[float]:
     """Wait until the machine is free: of all other runs when `alone`, else of runs that are.
 
-    Yields
-    ------
-    float
-        When it came, for `undisturbed_since`.
+    Yields when it came, for `undisturbed_since`.
     """
     place = folder()
     began = time.monotonic()

@@ -13,10 +13,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from pathlib import Path
 from typing import Any
+
+import psutil
 
 from mpmbench.core.registry import plugin_files
 from mpmbench.runs.process.environment import prepare
@@ -24,29 +26,14 @@ from mpmbench.runs.process.environment import prepare
 WATCH_EVERY = 0.05  # seconds between two looks at the memory of a child
 
 
+@dataclass(eq=False)
 class Ended(Exception):
-    """A child that did not answer: it died, or it was killed for reaching a limit.
+    """A child that did not answer: it died, or it was killed for reaching a limit."""
 
-    Attributes
-    ----------
-    status, reason : str
-        For the result file.
-    time_reached : float
-        Simulated time [s] of the last message about progress.
-    solver_time : float
-        Wall-clock time [s] since the solver started.
-    """
-
-    def __init__(
-        self, status: str, reason: str, time_reached: float = 0.0, solver_time: float = 0.0
-    ) -> None:
-        super().__init__(reason)
-        self.status, self.reason, self.time_reached, self.solver_time = (
-            status,
-            reason,
-            time_reached,
-            solver_time,
-        )
+    status: str
+    reason: str
+    time_reached: float = 0.0  # simulated time [s] of the last message about progress
+    solver_time: float = 0.0  # wall-clock time [s] since the solver started
 
 
 @dataclass
@@ -61,14 +48,8 @@ class Server:
     def start(cls, environment: dict[str, str], relevant: dict[str, str]) -> "Server":
         """Start it; it imports the heavy libraries while the caller goes on."""
         ours, theirs = socket.socketpair()
-        command = [
-            sys.executable,
-            "-P",
-            "-m",
-            "mpmbench.runs.process.server",
-            str(theirs.fileno()),
-            str(os.getpid()),
-        ]
+        command = [sys.executable, "-P", "-m", "mpmbench.runs.process.server"]
+        command += [str(theirs.fileno()), str(os.getpid())]
         descriptors = (theirs.fileno(),)
         process = subprocess.Popen(
             command, pass_fds=descriptors, env=environment, start_new_session=True
@@ -80,9 +61,8 @@ class Server:
         """A new child."""
         ours, theirs = socket.socketpair()
         with theirs:
-            pid = self._exchange(
-                lambda: socket.send_fds(self.control, [b"child"], [theirs.fileno()])
-            )
+            descriptors = [theirs.fileno()]
+            pid = self._exchange(lambda: socket.send_fds(self.control, [b"child"], descriptors))
         return Child(self, Connection(ours.detach()), pid)
 
     def exit_code(self, pid: int) -> int:
@@ -118,9 +98,7 @@ class Child:
     server: Server
     connection: Connection
     pid: int
-    progress: tuple[float, float] | None = (
-        None  # fraction and simulated time, once the solver has started
-    )
+    progress: tuple[float, float] | None = None  # fraction and simulated time of the solver
     solver_started: float = 0.0  # on the clock of `time.monotonic`
 
     def ask(
@@ -131,10 +109,7 @@ class Child:
     ) -> Any:
         """Send a request and wait for its answer, within the limits.
 
-        Raises
-        ------
-        Ended
-            When the child died or reached a limit; it is gone then.
+        Raises `Ended` when the child died or reached a limit; it is gone then.
         """
         self.progress = None
         phase, deadline = "setup", time.monotonic() + limits["setup"]
@@ -154,9 +129,8 @@ class Child:
                 elif time.monotonic() >= deadline:
                     raise self.ended("timeout", f"stopped at limits.{phase} = {limits[phase]:g} s")
                 if limits["memory"] is not None and self.memory() > limits["memory"]:
-                    raise self.ended(
-                        "out_of_memory", f"stopped at limits.memory = {limits['memory']:g} MiB"
-                    )
+                    reason = f"stopped at limits.memory = {limits['memory']:g} MiB"
+                    raise self.ended("out_of_memory", reason)
         except (EOFError, OSError):
             raise self.ended("crashed", f"the process {how_it_ended(self.end())}") from None
         except BaseException:
@@ -172,36 +146,19 @@ class Child:
         return Ended(status, text, simulation_time, time.monotonic() - self.solver_started)
 
     def memory(self) -> float:
-        """Resident memory [MiB] now."""
+        """Resident memory [MiB] now; 0 when the child is gone."""
         try:
-            return (
-                int(Path(f"/proc/{self.pid}/statm").read_text().split()[1])
-                * os.sysconf("SC_PAGE_SIZE")
-                / 2**20
-            )
-        except OSError:
-            return resident_elsewhere(self.pid)
+            return float(psutil.Process(self.pid).memory_info().rss) / 2**20
+        except psutil.Error:
+            return 0.0
 
     def end(self) -> int:
         """Kill the child, if it is still there, and say how it ended."""
         self.connection.close()
-        try:
-            os.kill(
-                self.pid, signal.SIGKILL
-            )  # the server keeps the number until it is asked how the child ended
-        except ProcessLookupError:
-            pass
+        # The server keeps the number until it is asked how the child ended.
+        with suppress(ProcessLookupError):
+            os.kill(self.pid, signal.SIGKILL)
         return self.server.exit_code(self.pid)
-
-
-def resident_elsewhere(pid: int) -> float:
-    """Resident memory [MiB] of a process on systems without /proc; 0 when it is gone."""
-    import psutil
-
-    try:
-        return float(psutil.Process(pid).memory_info().rss) / 2**20
-    except psutil.Error:
-        return 0.0
 
 
 def how_it_ended(code: int) -> str:
@@ -239,32 +196,15 @@ class Processes:
         return self.server
 
     def new_child(self) -> Child:
-        """A new child, of a new server when the old one is gone.
-
-        Raises
-        ------
-        Ended
-            When the new server does not start either.
-        """
+        """A new child, of a new server if need be; raises `Ended` when none starts."""
         try:
             return (self.server or self.warm_up()).child()
         except (OSError, Ended):
             self.close()
             return self.warm_up().child()
 
-    def ask(
-        self,
-        *request: Any,
-        limits: dict[str, Any],
-        on_progress: Callable[[float, float], None] | None = None,
-    ) -> Any:
-        """Have a child answer a request; the child of the request before when that ended well.
-
-        Raises
-        ------
-        Ended
-            When the child died or reached a limit.
-        """
+    def ask(self, *request: Any, **watched: Any) -> Any:
+        """Have a child answer a request, see `Child.ask`; the child before when it ended well."""
         if self.server is not None and self.server.relevant.get("files") != plugin_state():
             self.close()  # a plug-in was edited: what is loaded would fit neither it nor its cache
         child, self.child = self.child, None
@@ -272,7 +212,7 @@ class Processes:
             child.end()
             child = None
         child = child or self.new_child()
-        answer = child.ask(*request, limits=limits, on_progress=on_progress)
+        answer = child.ask(*request, **watched)
         if isinstance(answer, dict) and answer.get("status", "ok") not in ("ok", "not_applicable"):
             child.end()
         else:

@@ -15,10 +15,7 @@ from contextlib import contextmanager
 
 MARK = "MPMBENCH_COMMAND"  # variable of the environment that a launcher's workers inherit
 DONE = b"done"
-ROUNDS, PAUSE = (
-    10,
-    0.1,
-)  # so often, and at intervals of so many seconds, it looks for processes that are being started
+ROUNDS, PAUSE = 10, 0.1  # it looks so often, with so many seconds between, for processes that start
 
 
 @contextmanager

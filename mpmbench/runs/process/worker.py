@@ -3,6 +3,7 @@
 import time
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from mpmbench import case
+from mpmbench.case.output import scalar
 from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.core.registry import BrokenPlugin
 from mpmbench.results import netcdf
@@ -72,17 +74,12 @@ def run(
     forget_peak_memory()
     dataset = solve(config, progress_to(connection))
     seconds = time.perf_counter() - started
-    dataset["wall_time"] = ((), seconds, {"units": "s", "long_name": "wall-clock time of the run"})
-    dataset["peak_memory"] = (
-        (),
-        peak_memory(),
-        {"units": "MiB", "long_name": "peak resident memory of the process"},
-    )
+    dataset["wall_time"] = scalar(seconds, "s", "wall-clock time of the run")
+    dataset["peak_memory"] = scalar(peak_memory(), "MiB", "peak resident memory of the process")
     if dataset.attrs["status"] == "ok" and attributes["timing_context"] == "exclusive":
-        times = [
-            *earlier_times,
-            *([float(dataset["solver_time"])] if undisturbed_since(began) else []),
-        ]
+        times = list(earlier_times)
+        if undisturbed_since(began):
+            times.append(float(dataset["solver_time"]))
         dataset.attrs["timing_context"] = "exclusive" if times else "shared"
         if times:
             dataset["solver_time"] = dataset["solver_time"].copy(data=np.median(times))
@@ -97,10 +94,7 @@ def record(
     target: str,
 ) -> dict[str, Any]:
     """Write the file of a run that did not; `known` has value, units and long name of scalars."""
-    scalars = {
-        name: ((), value, {"units": units, "long_name": text})
-        for name, (value, units, text) in known.items()
-    }
+    scalars = {name: scalar(*said) for name, said in known.items()}
     return finish(xr.Dataset(scalars), attributes, target)
 
 
@@ -138,9 +132,11 @@ def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict
         for name, variable in dataset.data_vars.items()
         if variable.ndim == 0
     }
-    status, reason = dataset.attrs["status"], dataset.attrs["reason"]
-    answer = {"status": status, "reason": reason, "scalars": scalars, "unwritten": unwritten}
-    return answer | {
+    return {
+        "status": dataset.attrs["status"],
+        "reason": dataset.attrs["reason"],
+        "scalars": scalars,
+        "unwritten": unwritten,
         "solver_times": dataset.attrs.get("solver_times", []),
         "has_traceback": "traceback" in dataset.attrs,
     }
@@ -185,10 +181,8 @@ def progress_to(connection: Connection) -> Any:
 
 def forget_peak_memory() -> None:
     """Start a new measurement of the peak memory of this process (Linux)."""
-    try:
+    with suppress(OSError):
         Path("/proc/self/clear_refs").write_text("5")
-    except OSError:
-        pass
 
 
 def peak_memory() -> float:
