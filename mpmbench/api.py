@@ -20,6 +20,7 @@ from mpmbench.runs.sweep import execute, session
 from mpmbench.runs.sweep.plan import make_plan
 from mpmbench.settings import arguments
 from mpmbench.settings.schema import BadInput
+from mpmbench.settings.words import in_yaml
 
 SAY_AFTER, SAY_EVERY = 2.0, 5.0  # seconds: of a run before its first line, and between two
 
@@ -130,7 +131,7 @@ def _word(value: Any) -> str:
     if isinstance(value, np.generic):
         value = value.item()
     if value is None or isinstance(value, bool):
-        return {None: "null", True: "true", False: "false"}[value]
+        return str(in_yaml(value))
     if isinstance(value, str) and not re.fullmatch(r"[\w./+-]+", value):
         return "'" + value.replace("\\", "\\\\").replace("'", "\\'") + "'"
     if isinstance(value, Iterable) and not isinstance(value, str):

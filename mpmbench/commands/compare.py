@@ -217,13 +217,9 @@ def rank_test(cells: list[tuple[np.ndarray, np.ndarray]], significance: float) -
     )
     ratio = float(np.exp(np.median(b) - np.median(a)))
     text = f"solver time x {ratio:.2f} over {len(a)} and {len(b)} timings"
-    if least_probability(len(a), len(b)) > significance:
+    least = 2.0 / comb(len(a) + len(b), len(a))  # two-sided p that the test can give
+    if least > significance:
         return "undecided", f"{text}: too few to tell"
     p = float(mannwhitneyu(b, a).pvalue)
     changed = p < significance and abs(np.log(ratio)) > np.log1p(SPEED)
     return worse_or_better(changed, ratio > 1.0), f"{text}, p = {p:.2g}"
-
-
-def least_probability(m: int, n: int) -> float:
-    """The smallest two-sided p that the test can give with so many observations."""
-    return 2.0 / comb(m + n, m)

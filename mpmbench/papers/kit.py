@@ -170,18 +170,13 @@ def _complete(campaign: Campaign) -> Campaign:
         return campaign
     keep = campaign.runs.index.isin(list(listed))
     unreadable = {file: reason for file, reason in campaign.unreadable.items() if file in listed}
-    return _rows(dataclasses.replace(campaign, unreadable=unreadable), keep)
+    return dataclasses.replace(campaign, unreadable=unreadable).only(keep)
 
 
 def _each(campaign: Campaign, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Campaign:
     """A campaign whose tables of runs are changed alike."""
     names = ("runs", "settings", "provenance")
     return dataclasses.replace(campaign, **{key: change(getattr(campaign, key)) for key in names})
-
-
-def _rows(campaign: Campaign, keep: np.ndarray) -> Campaign:
-    """Some of the runs of a campaign."""
-    return _each(campaign, lambda table: table[keep])
 
 
 def _below(campaign: Campaign, name: str, folder: Path) -> Campaign:
@@ -221,7 +216,7 @@ def subset(campaign: Campaign, **match: Any) -> Campaign:
         keep &= column.isin(value if isinstance(value, (list, tuple, set)) else [value]).to_numpy()
     if not keep.any():
         raise MissingRuns(f"{campaign.folder.name}: no run matches {match}")
-    return _rows(campaign, keep)
+    return campaign.only(keep)
 
 
 def variables(

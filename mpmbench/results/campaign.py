@@ -13,6 +13,7 @@ from mpmbench.results.identity import NOT_PART_OF_A_RUN
 from mpmbench.results.netcdf import read_scalars
 from mpmbench.settings.schema import GROUPS, BadInput
 from mpmbench.settings.trees import dotted
+from mpmbench.settings.words import in_yaml
 
 # In this order, and whenever they vary; any other setting only where these do not tell two runs
 # apart.
@@ -23,30 +24,31 @@ AXES = (
 INEXACT = (None, "nearest", "pad", "ffill", "backfill", "bfill")  # what xarray means by method=
 
 
-class CubeArray(xr.DataArray):
-    """A DataArray that refuses ``sel(method="otm")``, which xarray would silently pass over."""
+class _Selecting:
+    """Refuses ``sel(method="otm")``, which xarray would silently pass over."""
 
     __slots__ = ()
 
     def sel(self, indexers: Any = None, method: Any = None, *rest: Any, **labels: Any) -> Any:
-        """As `xarray.DataArray.sel`; the dimension of the methods is ``method_name``."""
+        """As that of xarray; the dimension of the methods is ``method_name``."""
         refuse_method(method)
-        return super().sel(indexers, method, *rest, **labels)
+        return super().sel(indexers, method, *rest, **labels)  # type: ignore[misc]
 
 
-class Cube(xr.Dataset):
-    """A Dataset that refuses ``sel(method="otm")``, which xarray would silently pass over."""
+class CubeArray(_Selecting, xr.DataArray):
+    """A DataArray of a `Cube`."""
+
+    __slots__ = ()
+
+
+class Cube(_Selecting, xr.Dataset):
+    """A Dataset whose methods are chosen by ``method_name``."""
 
     __slots__ = ()
 
     def __getitem__(self, key: Any) -> Any:
         found = super().__getitem__(key)
         return CubeArray(found) if isinstance(found, xr.DataArray) else found
-
-    def sel(self, indexers: Any = None, method: Any = None, *rest: Any, **labels: Any) -> Any:
-        """As `xarray.Dataset.sel`; the dimension of the methods is ``method_name``."""
-        refuse_method(method)
-        return super().sel(indexers, method, *rest, **labels)
 
 
 def refuse_method(method: Any) -> None:
@@ -103,21 +105,15 @@ def cube_of(files: Iterable[Path]) -> Cube:
     ]
     axes = find_axes(settings)
     coordinates = {axis: _sorted({setting.get(axis) for setting in settings}) for axis in axes}
-    shape = tuple(len(values) for values in coordinates.values())
-    position = {
-        axis: {value: i for i, value in enumerate(values)} for axis, values in coordinates.items()
-    }
+    shape = tuple(map(len, coordinates.values()))
     text = {name: np.full(shape, "", dtype=object) for name in ("status", "reason", "file")}
     text["status"][...] = "missing"
     numbers: dict[str, np.ndarray] = {}
     labels: dict[str, dict[str, str]] = {}
     for setting, (attributes, scalars, file) in zip(settings, runs, strict=True):
-        at = tuple(position[axis][setting.get(axis)] for axis in axes)
-        text["status"][at], text["reason"][at], text["file"][at] = (
-            attributes["status"],
-            attributes["reason"],
-            str(file),
-        )
+        at = tuple(values.index(setting.get(axis)) for axis, values in coordinates.items())
+        for name, words in text.items():
+            words[at] = str(file) if name == "file" else attributes[name]
         for name, (value, label) in scalars.items():
             numbers.setdefault(name, np.full(shape, np.nan))[at] = value
             labels[name] = label
@@ -127,7 +123,7 @@ def cube_of(files: Iterable[Path]) -> Cube:
     for name, words in text.items():
         cube[name] = (tuple(axes), words.astype(str))
     cube.attrs = {
-        key: _plain(value)
+        key: str(list(value)) if isinstance(value, tuple) else in_yaml(value)
         for key, value in settings[0].items()
         if key not in axes and _same(key, settings)
     }
@@ -148,16 +144,13 @@ def read_runs(files: Iterable[Path]) -> list[tuple[dict[str, Any], dict[str, Any
 def flat_settings(attributes: dict[str, Any]) -> dict[str, Any]:
     """Settings of a run by their dotted keys, those of a choice's name by the choice."""
     config = json.loads(attributes["config"])
-    flat = dotted({key: value for key, value in config.items() if key not in NOT_PART_OF_A_RUN})
-    return {
-        _axis_name(key): tuple(value) if isinstance(value, list) else value
-        for key, value in flat.items()
-    }
-
-
-def _axis_name(key: str) -> str:
-    group = key.removesuffix(".name")
-    return group if group in GROUPS else key
+    relevant = {key: value for key, value in config.items() if key not in NOT_PART_OF_A_RUN}
+    flat = {}
+    for key, value in dotted(relevant).items():
+        group = key.removesuffix(".name")
+        name = group if group in GROUPS else key
+        flat[name] = tuple(value) if isinstance(value, list) else value
+    return flat
 
 
 def find_axes(settings: list[dict[str, Any]]) -> list[str]:
@@ -177,23 +170,17 @@ def find_axes(settings: list[dict[str, Any]]) -> list[str]:
     return axes
 
 
-def _plain(value: Any) -> Any:
-    """A value that netCDF can keep as an attribute."""
-    if value is None or isinstance(value, bool):
-        return {None: "null", True: "true", False: "false"}[value]
-    return str(list(value)) if isinstance(value, tuple) else value
-
-
 def _same(key: str, settings: list[dict[str, Any]]) -> bool:
     return all(setting.get(key) == settings[0].get(key) for setting in settings)
 
 
 def _sorted(values: set[Any]) -> list[Any]:
     """Numbers in order, then words, then nothing."""
-    return sorted(
-        values,
-        key=lambda value: (value is None, isinstance(value, str), 0 if value is None else value),
-    )
+
+    def place(value: Any) -> tuple[Any, ...]:
+        return value is None, isinstance(value, str), 0 if value is None else value
+
+    return sorted(values, key=place)
 
 
 def _coordinate(values: list[Any]) -> list[Any]:

@@ -17,19 +17,12 @@ def read(folder: Path) -> dict[str, Any]:
 
 
 def write(folder: Path, inputs: str, names: set[str]) -> None:
-    """Mark the experiment in a folder as complete.
+    """Mark the experiment in a folder as complete: a digest of all `inputs`, and its result files.
 
-    Parameters
-    ----------
-    inputs : str
-        Digest of all that the results depend on.
-    names : set of str
-        Names of its result files; others in the folder are of an earlier version of the experiment.
+    Other files in the folder are of an earlier version of the experiment.
     """
-    content = {
-        "inputs": inputs,
-        "files": {name: size_and_time(folder / name) for name in sorted(names)},
-    }
+    files = {name: size_and_time(folder / name) for name in sorted(names)}
+    content = {"inputs": inputs, "files": files}
     (folder / NAME).write_text(json.dumps(content, indent=0) + "\n", encoding="utf-8")
 
 

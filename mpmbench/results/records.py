@@ -66,10 +66,9 @@ class Campaign:
     provenance: pd.DataFrame
     unreadable: dict[str, str]
 
-    def only(self, files: Iterable[str]) -> "Campaign":
-        """The same with some of the runs, in this order."""
-        names = list(files)
-        tables = {key: getattr(self, key).loc[names] for key in ("runs", "settings", "provenance")}
+    def only(self, files: Any) -> "Campaign":
+        """The same with some of the runs: those of a column of files, or of a mask."""
+        tables = {key: getattr(self, key).loc[files] for key in ("runs", "settings", "provenance")}
         return replace(self, **tables)
 
     def variables(self, file: str, wanted: Iterable[str]) -> dict[str, np.ndarray]:
@@ -108,7 +107,11 @@ def read_campaign(folder: Path) -> Campaign:
         try:
             with open_result(file) as dataset:
                 row, config = _row(dataset, units, names)
-                origin = {key: value for key, value in dataset.attrs.items() if _is_provenance(key)}
+                origin = {
+                    key: value
+                    for key, value in dataset.attrs.items()
+                    if key in PROVENANCE or key.endswith("version")
+                }
         except (OSError, ValueError, KeyError, RuntimeError) as error:
             unreadable[file.name] = (str(error) or type(error).__name__).splitlines()[0]
             continue
@@ -117,9 +120,9 @@ def read_campaign(folder: Path) -> Campaign:
     return Campaign(folder, _table(rows), configurations, units, names, origins, unreadable)
 
 
-def _table(rows: dict[str, dict[str, Any]], dtype: type | None = None) -> pd.DataFrame:
+def _table(rows: dict[str, dict[str, Any]], dtype: Any = None) -> pd.DataFrame:
     columns = list(dict.fromkeys(key for row in rows.values() for key in row))
-    return pd.DataFrame.from_dict(rows, orient="index", columns=columns, dtype=dtype)  # type: ignore[arg-type]
+    return pd.DataFrame.from_dict(rows, orient="index", columns=columns, dtype=dtype)
 
 
 def _row(
@@ -140,7 +143,7 @@ def _row(
     settings = {
         key: str(value) if isinstance(value, list) else value  # so that they can be compared
         for key, value in dotted(json.loads(attributes.get("config", "{}"))).items()
-        if not _is_bookkeeping(key)
+        if key not in BOOKKEEPING and not key.startswith(("limits.", "hydra."))
     }
     return row, settings | {"material": row["material"]}
 
@@ -150,11 +153,3 @@ def _number(value: Any) -> float:
         return float(value)
     except (TypeError, ValueError):
         return float("nan")
-
-
-def _is_bookkeeping(key: str) -> bool:
-    return key in BOOKKEEPING or key.startswith(("limits.", "hydra."))
-
-
-def _is_provenance(key: str) -> bool:
-    return key in PROVENANCE or key.endswith("version")
