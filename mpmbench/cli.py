@@ -88,9 +88,8 @@ def main(arguments: list[str] | None = None) -> int:
     except OSError as error:
         if error.errno not in FULL_OR_FORBIDDEN:
             raise
-        place = (
-            error.filename2 or error.filename or "a temporary file"
-        )  # the second is that of a copy
+        # The second is that of a copy.
+        place = error.filename2 or error.filename or "a temporary file"
         print(f"mpmbench: {place}: {str(error.strerror).lower()}", file=sys.stderr)
         return 1
 
@@ -130,11 +129,8 @@ def help_text(arguments: list[str]) -> str:
         for group, name in given
         if group in GROUPS and name in options(group)
     ]
-    lines = (
-        (shipped_folder("conf") / "config.yaml")
-        .read_text(encoding="utf-8")
-        .split("# The discretisation\n")[1]
-    )
+    config = (shipped_folder("conf") / "config.yaml").read_text(encoding="utf-8")
+    lines = config.split("# The discretisation\n")[1].split("\n# For experiments")[0]
     return HELP.format(
         papers=", ".join(sorted({name.partition("/")[0] for name in experiments()})),
         verbs="\n".join(
@@ -142,10 +138,7 @@ def help_text(arguments: list[str]) -> str:
             for verb, (what, text) in VERBS.items()
         ),
         options="\n".join(in_lines(f"  {group}=".ljust(14), options(group)) for group in GROUPS),
-        keys="".join(
-            f"  {line}\n" if line else ""
-            for line in lines.split("\n# For experiments")[0].splitlines()
-        ),
+        keys="".join(f"  {line}\n" for line in lines.splitlines() if line),
         chosen="\n".join(chosen) or KEYS_BELOW,
     )
 
@@ -180,8 +173,8 @@ def run(flags: list[str], pairs: list[str], started: float) -> int:
     from mpmbench.runs.process import isolation
 
     isolation.processes.warm_up()  # loads its libraries while we compose the configuration
-    from mpmbench.runs.sweep import session, single
+    from mpmbench.runs.sweep import session
 
     if compose.wants_many(flags, pairs):
         return session.Session(pairs).run()
-    return single.run(pairs, started)
+    return session.run_one(pairs, started)

@@ -168,7 +168,7 @@ def tables(dataset: xr.Dataset, folder: Path, name: str) -> list[Path]:
 
 
 def components(label: str, variable: xr.DataArray, rows: int) -> dict[str, np.ndarray]:
-    """A column for each component, numbered as in the papers: ``stress_12 [Pa]``; the first axes are the rows'."""
+    """A column for each component, as ``stress_12 [Pa]``; the first axes number the rows."""
     unit, shape = variable.attrs.get("units", "1"), variable.shape[rows:]
     values = variable.values.reshape(-1, int(np.prod(shape)))
     names = ["".join(str(i + 1) for i in index) for index in np.ndindex(*shape)]

@@ -50,7 +50,8 @@ def main(arguments: list[str]) -> int:
         raise BadInput(
             f"new {kind} {name}: a name of small letters, digits and '_' is needed, a letter first"
         )
-    if name in taken(kind):
+    taken = papers() if kind == "paper" else places(kind) if kind == "transfer" else options(kind)
+    if name in taken:
         raise BadInput(f"new {kind} {name}: there is a {kind} of that name already")
     files = contents(kind, name)
     existing = [place for place in files if (folder / place).exists()]
@@ -65,13 +66,6 @@ def main(arguments: list[str]) -> int:
     print(f"MPMBENCH_PLUGINS={folder} makes it known to every command, and its test passes:")
     print(f"pytest {folder / test_of(name)}")
     return 0
-
-
-def taken(kind: str) -> set[str]:
-    """Names that this kind has already."""
-    if kind == "paper":
-        return set(papers())
-    return set(places(kind) if kind == "transfer" else options(kind))
 
 
 def contents(kind: str, name: str) -> dict[str, str]:

@@ -204,8 +204,15 @@ def cells(experiment: Experiment, pairs: list[str], environment: dict[str, str])
 
 
 def sweep(experiment: Experiment, name: str, pairs: list[str], environment: dict[str, str]) -> None:
-    """Start a sweep and pass its lines on, as `BadInput` what it says of its input; the report is the paper's."""
-    command = [sys.executable, "-m", "mpmbench", f"experiments={name}", *pairs, "report=false"]
+    """Start a sweep and pass its lines on; raises `BadInput` with what it says of its input."""
+    command = [
+        sys.executable,
+        "-m",
+        "mpmbench",
+        f"experiments={name}",
+        *pairs,
+        "report=false",
+    ]  # the paper has one
     if _stop.is_set():
         raise KeyboardInterrupt
     options: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}

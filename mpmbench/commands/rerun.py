@@ -49,7 +49,7 @@ def main(arguments: list[str]) -> int:
 
 
 def rebuild(file: Path, attributes: dict[str, Any]) -> dict[str, Any]:
-    """The configuration that a file was made with; raises `BadInput` when this version does not know it."""
+    """The configuration of a file; raises `BadInput` when this version does not know it."""
     config: dict[str, Any] = json.loads(attributes["config"])
     for group in GROUPS:
         name = config[group]["name"]

@@ -24,10 +24,7 @@ MOST_NAMED = 20  # in one sentence
 def split(arguments: list[str], verbs: list[str]) -> tuple[list[str], list[str]]:
     """Separate options from ``key=value`` pairs, and check both as far as names go.
 
-    Raises
-    ------
-    BadInput
-        With the nearest known word.
+    Raises `BadInput` with the nearest known word.
     """
     flags: list[str] = []
     pairs: list[str] = []

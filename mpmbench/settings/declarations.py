@@ -31,15 +31,7 @@ METHOD = re.compile(r"^    def .*\n(?:(?: {8}.*| {4}\).*)?\n)*", re.MULTILINE)
 
 @dataclass
 class Declaration:
-    """A class that is registered, as its text has it.
-
-    Attributes
-    ----------
-    sentence : str
-        The first of its docstring.
-    settings : dict of str to Setting
-        By key, those of the classes that it derives from first.
-    """
+    """A registered class as its text has it: its first sentence, and its settings by key."""
 
     sentence: str = ""
     settings: dict[str, Setting] = field(default_factory=dict)
@@ -68,10 +60,7 @@ def classes_in(file: Path) -> dict[tuple[str, str], str]:
 def declaration(kind: str, name: str) -> Declaration:
     """What an option declares; nothing when it is registered nowhere, or is no class.
 
-    Raises
-    ------
-    BadInput
-        When a declaration is not made of literals.
+    Raises `BadInput` when a declaration is not made of literals.
     """
     file = registered(kind).get(name)
     found = classes_in(file).get((kind, name)) if file else None

@@ -35,13 +35,7 @@ _Loader.add_implicit_resolver(
 
 @cache
 def read_yaml(path: Path) -> dict[str, Any]:
-    """Content of a YAML file.
-
-    Raises
-    ------
-    BadInput
-        When it is none, with the line.
-    """
+    """Content of a YAML file; raises `BadInput` with the line when it is none."""
     try:
         # CSafeLoader's own rules come first, so that whole numbers stay whole.
         content = yaml.load(path.read_text(encoding="utf-8"), _Loader)
@@ -92,12 +86,8 @@ def papers() -> dict[str, Path]:
     """Name and file of every paper that has a report, ours and those of plug-ins, sorted.
 
     The file is ``papers/<name>/__init__.py``, ``papers/<name>/paper.py`` or ``papers/<name>.py``,
-    and it has a line that begins with ``PAPER =``.
-
-    Raises
-    ------
-    BadInput
-        When two files bring a paper of the same name.
+    and it has a line that begins with ``PAPER =``. Raises `BadInput` when two files bring a paper
+    of the same name.
     """
     found: dict[str, Path] = {}
     for folder in (PACKAGE, *plugin_folders()):

@@ -7,6 +7,9 @@ import pytest
 
 import mpmbench
 from mpmbench.results import identity, netcdf
+from mpmbench.results.provenance import attributes
+from mpmbench.runs.hydra.compose import compose_many
+from mpmbench.runs.sweep import execute, plan
 from mpmbench.settings.files import PACKAGE
 from tests.runs.conftest import PLUGINS
 
@@ -175,8 +178,6 @@ def test_comments_and_docstrings_mean_nothing_and_code_does(tmp_path):
 
 
 def test_the_configuration_hash_knows_what_matters():
-    from mpmbench.runs.hydra.compose import compose_many
-
     same = (
         "resolution=31.0",
         "end_time=1e-3",
@@ -198,3 +199,16 @@ def test_the_configuration_hash_knows_what_matters():
         pair for pair, found in zip((*same, *other), hashes, strict=True) if found == plain
     } == set(same)
     assert len(set(hashes)) == 1 + len(other)
+
+
+def test_the_code_of_a_run_is_that_of_its_transfer_too(monkeypatch):
+    monkeypatch.setenv("MPMBENCH_PLUGINS", str(PACKAGE / "samples"))
+    words = ("flip", "apic")
+    cells = compose_many([["method=mpm", f"method.transfer={name}"] for name in words])
+    done = {"status": "ok", "solver_times": []}
+    answers = [
+        {"not_applicable": "", "memory": 1.0, "earlier": attributes(config) | done}
+        for config, _ in cells
+    ]
+    monkeypatch.setattr(execute, "check", lambda cells: answers)
+    assert [cell.state for cell in plan.make_plan(cells).cells()] == ["fresh", "fresh"]

@@ -2,6 +2,7 @@
 
 import itertools
 import os
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -21,12 +22,14 @@ from mpmbench.settings.arguments import value_of
 from mpmbench.settings.files import read_yaml, shipped_folder
 from mpmbench.settings.schema import GROUPS, BadInput, declared, experiments, options
 
+# Launchers of which each needs an extra of this package.
+EXTRAS = {"joblib": "joblib", "submitit_local": "slurm", "submitit_slurm": "slurm"}
+
 
 class SearchPath(SearchPathPlugin):
     """Lets Hydra ask us for options and experiments before it looks for files."""
 
     def manipulate_search_path(self, search_path: ConfigSearchPath) -> None:
-        """Put ourselves first."""
         search_path.prepend("mpmbench", f"{SCHEME}://")
 
 
@@ -41,10 +44,7 @@ def wants_many(flags: Sequence[str], pairs: Sequence[str]) -> bool:
 def compose_many(combinations: Sequence[Sequence[str]]) -> list[Resolved]:
     """Configuration of each combination, and why it does not apply, if so; nothing runs.
 
-    Raises
-    ------
-    BadInput
-        When an override is wrong, or names a key that the chosen option does not have.
+    Raises `BadInput` when an override is wrong, or names a key that the chosen option lacks.
     """
     with composing([pair for pairs in combinations for pair in pairs]) as composer:
         return [composer.cell(pairs) for pairs in combinations]
@@ -94,13 +94,7 @@ def words_of_hydra(pairs: Sequence[str]) -> list[str]:
 
 @contextmanager
 def composing(pairs: Sequence[str]) -> Iterator[Composer]:
-    """Something that composes; what Hydra has to say of the overrides becomes one sentence.
-
-    Raises
-    ------
-    BadInput
-        With that sentence.
-    """
+    """Something that composes; what Hydra says of the overrides becomes a sentence of `BadInput`."""
     os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises instead of printing
     GlobalHydra.instance().clear()
     Plugins.instance().register(OptionsSource)
@@ -119,9 +113,8 @@ def show(flags: Sequence[str], pairs: Sequence[str]) -> None:
     try:
         with composing(pairs):
             GlobalHydra.instance().clear()
-            hydra.main(version_base="1.3", config_path=place, config_name="config")(
-                lambda _: None
-            )()
+            main = hydra.main(version_base="1.3", config_path=place, config_name="config")
+            main(lambda _: None)()
     finally:
         sys.argv = before
 
@@ -149,32 +142,22 @@ def comes_of_interruption(error: BaseException | None) -> bool:
 def readable(error: Exception, pairs: Sequence[str]) -> BadInput:
     """One sentence for what Hydra has to say."""
     if isinstance(error, OverrideParseException):
-        return BadInput(
-            f"{error.override}: this value is not understood; quote it if it holds special characters"
-        )
-    text = " ".join(str(error).split()) or " ".join(
-        str(error.__cause__ or type(error).__name__).split()
-    )
+        quote = "quote it if it holds special characters"
+        return BadInput(f"{error.override}: this value is not understood; {quote}")
+    text = " ".join(str(error).split() or str(error.__cause__ or type(error).__name__).split())
     for pair in pairs:
         key = pair.partition("=")[0]
         group, _, name = key.partition(".")
         if text.startswith(f"Could not override '{key}'") and group in GROUPS:
-            owners = [option for option in options(group) if name in declared(group, option)]
-            return BadInput(
-                f"{pair}: the chosen {group} has no {name}, which belongs to {', '.join(owners)}"
-            )
+            owners = ", ".join(one for one in options(group) if name in declared(group, one))
+            return BadInput(f"{pair}: the chosen {group} has no {name}, which belongs to {owners}")
         if "Ambiguous value" in text and f"'{pair}'" in text:
             return BadInput(f"{pair}: several values need -m, which runs each of them")
         if key == "hydra/launcher" and "Could not find" in text:
-            extra = "slurm" if "submitit" in pair else "joblib"
-            known = {"joblib", "submitit_local", "submitit_slurm"}
-            if pair.partition("=")[2] in known:
-                return BadInput(
-                    f"{pair}: this launcher is an extra; install it by pip install 'mpmbench[{extra}]'"
-                )
-            return BadInput(
-                f"{pair}: there is no such launcher; there are basic, {', '.join(sorted(known))}"
-            )
-    return BadInput(
-        text.partition(" To append to your config")[0].partition(" Set the environment")[0]
-    )
+            extra = EXTRAS.get(pair.partition("=")[2])
+            if extra is None:
+                known = ", ".join(["basic", *EXTRAS])
+                return BadInput(f"{pair}: there is no such launcher; there are {known}")
+            install = f"install it by pip install 'mpmbench[{extra}]'"
+            return BadInput(f"{pair}: this launcher is an extra; {install}")
+    return BadInput(re.split(" To append to your config| Set the environment", text)[0])

@@ -22,13 +22,7 @@ Resolved = tuple[dict[str, Any], str]
 
 
 class Composer:
-    """Composes many cells.
-
-    Parameters
-    ----------
-    compose : callable
-        Hydra's composition of a list of overrides, its ``hydra`` part included.
-    """
+    """Composes many cells; `compose` is Hydra's composition of a list of overrides."""
 
     def __init__(self, compose: Callable[[list[str]], DictConfig]) -> None:
         self.compose = compose
@@ -38,13 +32,8 @@ class Composer:
     def cell(self, overrides: Sequence[str], foreign_keys: bool = False) -> Resolved:
         """Plain configuration of a cell, and why it does not apply, if so.
 
-        Parameters
-        ----------
-        overrides : sequence of str
-            As on the command line, one value each.
-        foreign_keys : bool
-            A key that the chosen option lacks and another one has makes the cell one that does not
-            apply; otherwise it is an error.
+        With `foreign_keys`, a key that the chosen option lacks and another one has makes it one
+        that does not apply; otherwise that is an error.
         """
         return self.shared(overrides, foreign_keys) or resolved(self.compose(list(overrides)))
 
@@ -88,7 +77,7 @@ def resolved(composed: DictConfig) -> Resolved:
 
 
 def filled(plain: dict[str, Any], composed: DictConfig, values: Sequence[str] = ()) -> Resolved:
-    """A configuration with the problem's defaults, but for what the command line or the experiment gives."""
+    """A configuration with the problem's defaults for what command line and experiment leave open."""
     experiment = composed.hydra.runtime.choices.get("experiments")
     body = read_yaml(experiments()[experiment]) if experiment in experiments() else {}
     before: Any = OmegaConf.to_container(composed.hydra.overrides.task, resolve=False)

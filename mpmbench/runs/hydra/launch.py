@@ -1,6 +1,7 @@
 """Jobs under one of Hydra's launchers: joblib on one machine, submitit on a cluster."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,19 +10,14 @@ from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.core.plugins import Plugins
 from hydra.types import HydraContext, RunMode
-from omegaconf import DictConfig, open_dict
+from omegaconf import open_dict
 
 from mpmbench.runs.hydra.compose import comes_of_interruption, composing, words_of_hydra
 
 
-class Job:
-    """What a launcher calls in its own processes: a function of the name of a job."""
-
-    def __init__(self, function: Callable[[str], None]) -> None:
-        self.function = function
-
-    def __call__(self, config: Any) -> None:
-        self.function(HydraConfig.get().job.name)
+def call(function: Callable[[str], None], config: Any) -> None:
+    """What a launcher does in its own processes: call a function with the name of the job."""
+    function(HydraConfig.get().job.name)
 
 
 def launch(
@@ -33,21 +29,9 @@ def launch(
 ) -> None:
     """Have the launcher that the command line chooses call a function with each name, and wait.
 
-    Parameters
-    ----------
-    pairs : sequence of str
-        The command line.
-    folder : Path
-        Where the launcher may leave its own files.
-    workers : int
-        How many processes joblib uses, unless the command line says so.
-
-    Raises
-    ------
-    BadInput
-        When there is no such launcher.
-    Exception
-        Whatever a job or the launcher raises.
+    It may leave its own files in `folder`; joblib starts so many workers unless the command line
+    says how many. Raises `BadInput` when there is no such launcher, and whatever a job or the
+    launcher raises.
     """
     with composing(pairs):
         ours = GlobalHydra.instance().hydra
@@ -56,13 +40,13 @@ def launch(
         config = ours.compose_config(
             "config", words, run_mode=RunMode.MULTIRUN, with_log_configuration=False
         )
-        limit_workers(config, workers)
+        if config.hydra.launcher.get("n_jobs") == -1:
+            with open_dict(config.hydra.launcher):
+                config.hydra.launcher.n_jobs = workers
         HydraConfig.instance().set_config(config)
         launcher = Plugins.instance().instantiate_launcher(
-            hydra_context=HydraContext(
-                config_loader=ours.config_loader, callbacks=Callbacks(config)
-            ),
-            task_function=Job(function),
+            hydra_context=HydraContext(ours.config_loader, Callbacks(config)),
+            task_function=partial(call, function),
             config=config,
         )
     try:
@@ -73,10 +57,3 @@ def launch(
         if comes_of_interruption(error):
             raise KeyboardInterrupt from None
         raise
-
-
-def limit_workers(config: DictConfig, workers: int) -> None:
-    """Let joblib start so many processes, unless it was told how many."""
-    if config.hydra.launcher.get("n_jobs") == -1:
-        with open_dict(config.hydra.launcher):
-            config.hydra.launcher.n_jobs = workers

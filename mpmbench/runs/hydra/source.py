@@ -15,11 +15,9 @@ class OptionsSource(ConfigSource):
 
     @staticmethod
     def scheme() -> str:
-        """Its part of a search path entry."""
         return SCHEME
 
     def available(self) -> bool:
-        """It is always there."""
         return True
 
     def load_config(self, config_path: str) -> ConfigResult:
@@ -35,11 +33,9 @@ class OptionsSource(ConfigSource):
         return ConfigResult(self.provider, f"{SCHEME}://", config, header)  # type: ignore[arg-type]
 
     def is_group(self, config_path: str) -> bool:
-        """Whether there is something below this name."""
         return config_path == "" or bool(below(config_path))
 
     def is_config(self, config_path: str) -> bool:
-        """Whether this is an option or an experiment."""
         group, _, name = config_path.removesuffix(".yaml").partition("/")
         return name in names(group)
 

@@ -28,7 +28,7 @@ COMMON = (
         "n_nodes",
     ),
     *("n_cell_crossings", "energy_drift", "momentum_drift"),
-    *(f"error_{name}_{kind}" for name in ERRORS for kind in ("rms", "relative", "rms_relative")),
+    *(f"error_{name}_{kind}" for name in ERRORS for kind in ("rms", "relative")),
 )
 
 
@@ -37,25 +37,19 @@ def summary(record: Record, total_seconds: float) -> str:
     scalars = record.scalars
     lines = [f"{record.name}: {record.outcome}" + (f", {record.reason}" if record.reason else "")]
     for name in ERRORS:
-        relative = _first(scalars, f"error_{name}_rms_relative", f"error_{name}_relative")
         text = _quantity(scalars, f"error_{name}_rms")
         if text:
-            lines.append(
-                f"  {name} error".ljust(28)
-                + text
-                + (f"  ({relative:.3g} of the field)" if relative else "")
-            )
+            relative, _ = scalars.get(f"error_{name}_relative", (0.0, ""))
+            text += f"  ({relative:.3g} of the field)" if relative else ""
+            lines.append(f"  {name} error".ljust(28) + text)
     own = [(name.replace("_", " "), name) for name in scalars if name not in COMMON]
     more = (("energy drift", "energy_drift"), ("steps", "steps"), ("time reached", "time_reached"))
     for label, name in (*own, *more):
         text = _quantity(scalars, name)
         if text and not (name == "time_reached" and record.status == "ok"):
             lines.append(f"  {label} ".ljust(28) + text)
-    times = [
-        (word, _first(scalars, name))
-        for word, name in (("solver", "solver_time"), ("compiling", "compile_time"))
-    ]
-    spent = [f"{word} {value:.3g} s" for word, value in times if value is not None]
+    times = (("solver", "solver_time"), ("compiling", "compile_time"))
+    spent = [f"{word} {scalars[name][0]:.3g} s" for word, name in times if name in scalars]
     lines.append("  seconds".ljust(28) + ", ".join([*spent, f"total {total_seconds:.3g} s"]))
     lines.append("  result".ljust(28) + (record.unwritten or shorten(record.file)))
     if record.has_traceback and not record.unwritten:
@@ -144,14 +138,8 @@ def progress_bar(name: str, shown: bool = True) -> Iterator[Callable[[float, flo
             bar.stop()
 
 
-def _first(scalars: dict[str, Any], *names: str) -> float | None:
-    return next((float(scalars[name][0]) for name in names if name in scalars), None)
-
-
 def _quantity(scalars: dict[str, Any], name: str) -> str:
-    if name not in scalars:
-        return ""
-    value, units = scalars[name]
+    value, units = scalars.get(name, (math.nan, ""))
     if math.isnan(value):
         return ""
     return f"{value:.6g}" + (f" {units}" if units not in ("1", "") else "")

@@ -3,7 +3,7 @@
 import os
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -29,9 +29,8 @@ class Record:
     scalars: dict[str, tuple[float, str]] = field(default_factory=dict)  # value and units
     seconds: float = 0.0
     unwritten: str = ""
-    solver_times: list[float] = field(
-        default_factory=list
-    )  # of the repeats that had the machine to themselves
+    # Of the repeats that had the machine to themselves.
+    solver_times: list[float] = field(default_factory=list)
     has_traceback: bool = False  # as an attribute of its file
 
     @property
@@ -44,28 +43,15 @@ class Record:
         """Its status, unless the result is lost."""
         return "not written" if self.unwritten else self.status
 
-    def as_dict(self) -> dict[str, Any]:
-        """For a JSON file."""
-        return asdict(self)
-
-
-def machine_memory() -> float:
-    """Memory of this machine [MiB]."""
-    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**20
-
 
 def limits_of(config: dict[str, Any]) -> dict[str, Any]:
-    """The limits of a run, with the machine's memory where none was given."""
-    return {**config["limits"], "memory": config["limits"]["memory"] or machine_memory()}
+    """The limits of a run, with the memory of this machine [MiB] where none was given."""
+    of_machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**20
+    return {**config["limits"], "memory": config["limits"]["memory"] or of_machine}
 
 
 def check(cells: list[tuple[dict[str, Any], str]]) -> list[dict[str, Any]]:
-    """Have a child judge configurations before anything runs; see its `check`.
-
-    Parameters
-    ----------
-    cells : list of (dict, str)
-        Configurations, each with the reason why it does not apply if that is known already.
+    """Have a child judge configurations, each with the reason why it does not apply, if known.
 
     Raises
     ------
@@ -79,9 +65,8 @@ def check(cells: list[tuple[dict[str, Any], str]]) -> list[dict[str, Any]]:
     try:
         answers = isolation.processes.ask("check", requests, limits=limits_of(first))
     except isolation.Ended as end:
-        raise BadInput(
-            f"the configuration could not be checked: {end.reason}", exit_code=1
-        ) from None
+        sentence = f"the configuration could not be checked: {end.reason}"
+        raise BadInput(sentence, exit_code=1) from None
     for (config, _), answer in zip(cells, answers, strict=True):
         if answer["bad"]:
             raise BadInput(answer["bad"])
@@ -97,7 +82,7 @@ def check(cells: list[tuple[dict[str, Any], str]]) -> list[dict[str, Any]]:
 
 
 def applying(combinations: Sequence[Sequence[str]]) -> list[tuple[dict[str, Any], str]]:
-    """Configuration of each combination of settings, and why it does not apply, if so; nothing runs.
+    """Configuration of each combination, and why it does not apply, if so; nothing runs.
 
     The process that runs are forked from loads its libraries meanwhile. Raises `BadInput` when a
     combination is wrong.
@@ -133,23 +118,10 @@ def run(
 ) -> Record:
     """Run one case; a failure of any kind is a record with a reason, and a file.
 
-    Parameters
-    ----------
-    config : dict
-        The resolved configuration.
-    on_progress : callable or None
-        Called with the fraction done and the simulated time [s].
-    alone : bool
-        Wait until no other run uses the machine, and keep the others waiting.
-    on_start : callable
-        Called when it is this run's turn.
-    solver_times : sequence of float
-        Solver times [s] of earlier repeats: the file gets the median with this one.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        After the interrupted run has been recorded.
+    One that is `alone` waits until no other run uses the machine, and keeps the others waiting.
+    `on_start` is called when it is this run's turn, `on_progress` with the fraction done and the
+    simulated time [s]. The file gets the median of the solver time and of those of earlier repeats
+    [s]. An interrupted run is recorded before it raises `KeyboardInterrupt`.
     """
     target = result_path(config)
     limits = limits_of(config)
@@ -159,11 +131,8 @@ def run(
         started = time.perf_counter()
         try:
             request = ("run", config, known, str(target), began, list(solver_times))
-            return _record(
-                target,
-                isolation.processes.ask(*request, limits=limits, on_progress=on_progress),
-                started,
-            )
+            answer = isolation.processes.ask(*request, limits=limits, on_progress=on_progress)
+            return _record(target, answer, started)
         except isolation.Ended as end:
             known |= {"status": end.status, "reason": end.reason}
             return leave_record(config, known, started, end)
@@ -182,14 +151,8 @@ def leave_record(
 ) -> Record:
     """Write the file of a run that could not do it itself, or that does not apply.
 
-    Parameters
-    ----------
-    known : dict
-        Attributes, ``status`` and ``reason`` among them.
-    started : float or None
-        When the run began, on the clock of `time.perf_counter`; None when it never did.
-    end : Ended or None
-        How its process ended.
+    Its attributes are `known`, ``status`` and ``reason`` among them. It `started`, if ever, at a
+    time of `time.perf_counter`, and its process came to an `end`, if that is why.
     """
     target = result_path(config)
     scalars = {}
@@ -198,28 +161,16 @@ def leave_record(
         reached = end.time_reached if end else 0.0
         scalars["time_reached"] = (reached, "s", "simulated time reached, as far as is known")
     if end is not None and end.solver_time > 0.0:
-        scalars["solver_time"] = (
-            end.solver_time,
-            "s",
-            "wall-clock time from the start of the solver to its end",
-        )
+        text = "wall-clock time from the start of the solver to its end"
+        scalars["solver_time"] = (end.solver_time, "s", text)
+    request = ("record", known, scalars, str(target))
     try:
-        answer = isolation.processes.ask(
-            "record", known, scalars, str(target), limits=limits_of(config)
-        )
+        answer = isolation.processes.ask(*request, limits=limits_of(config))
     except isolation.Ended as end:
-        answer = {
-            "status": known["status"],
-            "reason": known["reason"],
-            "scalars": {},
-            "unwritten": end.reason,
-        }
+        answer = {key: known[key] for key in ("status", "reason")} | {"unwritten": end.reason}
     return _record(target, answer, time.perf_counter() if started is None else started)
 
 
 def _record(target: Path, answer: dict[str, Any], started: float) -> Record:
-    record = Record(target.stem, answer["status"], answer["reason"], str(target), answer["scalars"])
-    record.seconds, record.unwritten = time.perf_counter() - started, answer["unwritten"]
-    record.solver_times = answer.get("solver_times", [])
-    record.has_traceback = answer.get("has_traceback", False)
-    return record
+    seconds = time.perf_counter() - started
+    return Record(target.stem, file=str(target), seconds=seconds, **answer)

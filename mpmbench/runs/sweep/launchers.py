@@ -18,34 +18,22 @@ from mpmbench.settings.schema import GROUPS, BadInput
 SEQUENTIAL = ("basic", "")
 
 
-def chosen(pairs: list[str]) -> str:
-    """Launcher that the command line names."""
-    return value_of("hydra/launcher", pairs)
-
-
 def end_workers(launcher: str) -> None:
     """Wait for the workers of a launcher to go when they have nothing more to do."""
     if launcher == "joblib":
         # Asking joblib for its workers would import it, which fails after an import that was
         # interrupted half-way.
-        workers = getattr(
-            sys.modules.get("joblib.externals.loky.reusable_executor"), "_executor", None
-        )
+        loky = sys.modules.get("joblib.externals.loky.reusable_executor")
+        workers = getattr(loky, "_executor", None)
         if workers is not None:
             workers.shutdown(kill_workers=True)
     elif launcher not in SEQUENTIAL:
         time.sleep(2 * LOOK_EVERY)
 
 
-def shared_folder(pairs: list[str]) -> Path | None:
-    """Where the ledger must lie so that jobs see it; None when any folder will do.
-
-    Raises
-    ------
-    BadInput
-        When that folder cannot be written.
-    """
-    if chosen(pairs) != "submitit_slurm":
+def shared_folder(launcher: str, pairs: list[str]) -> Path | None:
+    """Where the ledger must lie so that jobs see it; None when any folder will do."""
+    if launcher != "submitit_slurm":
         return None
     output = Path(value_of("output_dir", pairs, "results")).absolute()
     execute.check_folder(output)
@@ -57,10 +45,8 @@ def check(launcher: str, plan: Plan) -> None:
     """Raise `BadInput` when runs are to be timed in a way that the launcher cannot."""
     timed = any(cell.config["timing"] == "exclusive" for cell in plan.to_run)
     if launcher == "submitit_slurm" and timed:
-        raise BadInput(
-            "timing=exclusive: repeats run on this machine and not on the cluster's; "
-            "time without a launcher"
-        )
+        where = "repeats run on this machine and not on the cluster's"
+        raise BadInput(f"timing=exclusive: {where}; time without a launcher")
 
 
 def workers_for(plan: Plan) -> int:
@@ -81,13 +67,9 @@ def warm_up(plan: Plan) -> None:
     marks = environment.cache_folder() / "compiled"
     missing = [kind for kind in kinds if not (marks / kind).exists()]
     for number, kind in enumerate(missing, 1):
-        config = kinds[kind]
-        print(
-            f"compiling {number}/{len(missing)}: {config['method']['name']}, {config['basis']['name']}, "
-            f"{config['problem']['name']}",
-            flush=True,
-        )
-        if compile_kernels(config) == "ok":
+        chosen = ", ".join(kinds[kind][group]["name"] for group in ("method", "basis", "problem"))
+        print(f"compiling {number}/{len(missing)}: {chosen}", flush=True)
+        if compile_kernels(kinds[kind]) == "ok":
             marks.mkdir(exist_ok=True)
             (marks / kind).touch()
 

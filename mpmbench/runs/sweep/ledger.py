@@ -13,7 +13,8 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -32,22 +33,18 @@ class Ledger:
 
     def note(self, record: Record) -> None:
         """Leave the record of a run."""
-        self._place(f"{record.name}.done", record.as_dict())
+        self._place(f"{record.name}.done", asdict(record))
         self.forget_start(record.name)
 
     def started(self, name: str, fraction: float = 0.0) -> None:
         """Mark that a run has started, or how far it is; a full disk is no reason to end it."""
-        try:
+        with suppress(OSError):
             self._place(f"{name}.running", {"fraction": fraction})
-        except OSError:
-            pass
 
     def ended(self) -> list[str]:
         """Names of the runs that have ended, in this order."""
-        return [
-            file.stem
-            for file in sorted(self.folder.glob("*.done"), key=lambda file: file.stat().st_mtime_ns)
-        ]
+        files = sorted(self.folder.glob("*.done"), key=lambda file: file.stat().st_mtime_ns)
+        return [file.stem for file in files]
 
     def record(self, name: str) -> Record:
         """Record of a run that has ended."""
@@ -61,10 +58,8 @@ class Ledger:
         """Fraction done of each run that has started and not ended."""
         found = {}
         for file in sorted(self.folder.glob("*.running")):
-            try:
+            with suppress(OSError, ValueError):  # it has just ended
                 found[file.stem] = float(json.loads(file.read_text())["fraction"])
-            except (OSError, ValueError):  # it has just ended
-                continue
         return found
 
     def keep_config(self, name: str, config: dict[str, Any]) -> None:
@@ -88,12 +83,12 @@ class Ledger:
         """Whether no worker has been asked to stop."""
         return not any((self.folder / word).exists() for word in ("stop", "abandon"))
 
-    def owner(self) -> int:
-        """Process that made this folder; 0 when it is gone."""
+    def owner(self) -> dict[str, Any]:
+        """``pid``, ``host`` and ``birth`` of the process that made this folder; empty if it is gone."""
         try:
-            return int(json.loads((self.folder / "owner").read_text())["pid"])
+            return dict(json.loads((self.folder / "owner").read_text()))
         except (OSError, ValueError):
-            return 0
+            return {}
 
     def forget_start(self, name: str) -> None:
         """Take back that a run has started."""
@@ -105,9 +100,8 @@ class Ledger:
 
     def is_leftover(self) -> bool:
         """Whether the command that made this folder has ended."""
-        try:
-            owner = json.loads((self.folder / "owner").read_text())
-        except (OSError, ValueError):
+        owner = self.owner()
+        if not owner:
             return True
         return owner["host"] == socket.gethostname() and birth(owner["pid"]) != owner["birth"]
 
@@ -155,9 +149,8 @@ def opened(parent: Path | None = None) -> Iterator[Ledger]:
     except OSError as error:
         shutil.rmtree(folder, ignore_errors=True)
         raise OSError(error.errno, error.strerror, str(place)) from None
-    ledger._place(
-        "owner", {"pid": os.getpid(), "host": socket.gethostname(), "birth": birth(os.getpid())}
-    )
+    pid = os.getpid()
+    ledger._place("owner", {"pid": pid, "host": socket.gethostname(), "birth": birth(pid)})
     try:
         yield ledger
     finally:
@@ -168,7 +161,7 @@ def follow_owner(ledger: Ledger, end: Callable[[], None]) -> None:
     """In a worker: call `end` and exit as soon as the command that started it is gone."""
     name = f"owner of {ledger.folder}"
     followed = any(thread.name == name for thread in threading.enumerate())
-    if followed or ledger.owner() == os.getpid():
+    if followed or ledger.owner().get("pid") == os.getpid():
         return
 
     def watch() -> None:

@@ -41,9 +41,8 @@ class View:
             from rich.console import Console
             from rich.live import Live
 
-            self._terminal = Live(
-                console=Console(highlight=False), refresh_per_second=5, transient=True
-            )
+            console = Console(highlight=False)
+            self._terminal = Live(console=console, refresh_per_second=5, transient=True)
             self._terminal.start()
         self._thread = threading.Thread(target=self._follow, daemon=True)
         self._thread.start()
@@ -71,9 +70,8 @@ class View:
             record = self.shown[name] = self.ledger.record(name)
             line = display.line(record, len(self.shown), len(self.plan.to_run))
             if self._terminal is not None:
-                self._terminal.console.print(
-                    line, style="red" if record.failed else None, markup=False
-                )
+                colour = "red" if record.failed else None
+                self._terminal.console.print(line, style=colour, markup=False)
             else:
                 print(line, flush=True)
         if self._terminal is not None:
@@ -86,18 +84,12 @@ class View:
         now = time.monotonic()
         self.since = {name: self.since.get(name, now) for name in running}
         failed = sum(record.failed for record in self.shown.values())
-        parts = [
-            f"{len(self.shown)} of {len(self.plan.to_run)} done",
-            f"{len(running)} running",
-            f"{failed} failed",
-        ]
+        done = f"{len(self.shown)} of {len(self.plan.to_run)} done"
         left = self.time_left(running)
-        parts.append(
-            f"about {duration(left)} left"
-            if left is not None
-            else f"{duration(now - self.began)} so far"
-        )
-        lines = [", ".join(parts)]
+        rest = f"{duration(now - self.began)} so far"
+        if left is not None:
+            rest = f"about {duration(left)} left"
+        lines = [f"{done}, {len(running)} running, {failed} failed, {rest}"]
         for name, fraction in list(running.items())[:MOST_SHOWN]:
             lines.append(f"  {name:<48} {fraction:4.0%}  {duration(now - self.since[name])}")
         if len(running) > MOST_SHOWN:
@@ -107,12 +99,8 @@ class View:
     def time_left(self, running: dict[str, float]) -> float | None:
         """Seconds that the rest may take, by the work that is done; None before there is any."""
         work = {cell.name: cell.work for cell in self.plan.to_run}
-        done = sum(work.get(name, 0.0) for name in self.shown)
-        done += sum(
-            work.get(name, 0.0) * fraction
-            for name, fraction in running.items()
-            if name not in self.shown
-        )
+        fractions = running | dict.fromkeys(self.shown, 1.0)
+        done = sum(work.get(name, 0.0) * fraction for name, fraction in fractions.items())
         if done <= 0.0:
             return None
         return (time.monotonic() - self.began) * (sum(work.values()) - done) / done

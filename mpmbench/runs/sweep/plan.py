@@ -8,6 +8,7 @@ from typing import Any
 from mpmbench.results.identity import code_digests, code_hash, config_hash, result_path
 from mpmbench.results.provenance import attributes
 from mpmbench.runs.sweep import execute
+from mpmbench.settings.schema import GROUPS
 
 # The same code would fail the same way again; whatever else failed may have been the machine's or
 # the user's doing.
@@ -48,18 +49,13 @@ class Plan:
 
     def failed_before(self) -> list[execute.Record]:
         """Records of the finished cells whose runs gave no result."""
-        return [
-            execute.Record(path.stem, cell.earlier["status"], cell.earlier["reason"], str(path))
-            for cell in self.finished
-            if (path := result_path(cell.config))
-            and cell.earlier
-            and cell.earlier["status"] not in execute.SUCCESS
-        ]
-
-    @property
-    def wants_report(self) -> bool:
-        """Whether a report is to be written."""
-        return any(cell.config["report"] for cell in self.cells())
+        found = []
+        for cell in self.finished:
+            path, earlier = result_path(cell.config), cell.earlier
+            if earlier and earlier["status"] not in execute.SUCCESS:
+                how = (earlier["status"], earlier["reason"])
+                found.append(execute.Record(path.stem, *how, str(path)))
+        return found
 
     def cells(self) -> list[Cell]:
         """All cells."""
@@ -69,32 +65,23 @@ class Plan:
 def make_plan(combinations: Iterable[tuple[dict[str, Any], str]]) -> Plan:
     """Check every cell, and sort the cells by what is to be done with them.
 
-    Parameters
-    ----------
-    combinations : iterable of (dict, str)
-        The configuration of each cell and, when a key does not belong to a chosen option, the
-        reason why the cell does not apply.
-
-    Raises
-    ------
-    BadInput
-        When any cell is wrong.
+    Each is given with the reason why it does not apply, if so. Raises `BadInput` when any is wrong.
     """
     cells: dict[str, Cell] = {}
     for config, reason in combinations:
         cells.setdefault(config_hash(config), Cell(config, reason))
     answers = execute.check([(cell.config, cell.not_applicable) for cell in cells.values()])
     plan = Plan()
-    codes: dict[str, str] = {}
+    codes: dict[tuple[str | None, ...], str] = {}
     for cell, answer in zip(cells.values(), answers, strict=True):
         cell.not_applicable, cell.earlier = answer["not_applicable"], answer["earlier"]
         cell.work = answer["memory"] * steps_of(cell.config)
         if cell.not_applicable:
             plan.not_applicable.append(cell)
             continue
-        chosen = "|".join(
-            cell.config[group]["name"] for group in ("method", "basis", "material", "problem")
-        )
+        method = cell.config["method"]
+        chosen = (method.get("time"), method.get("transfer"))
+        chosen += tuple(cell.config[group]["name"] for group in GROUPS)
         if chosen not in codes:
             codes[chosen] = code_hash(code_digests(cell.config))
         cell.state = state_of(cell.earlier, cell.config, codes[chosen])
@@ -108,9 +95,7 @@ def make_plan(combinations: Iterable[tuple[dict[str, Any], str]]) -> Plan:
 def steps_of(config: dict[str, Any]) -> float:
     """Number of time steps; that of a step at the stability limit grows with the resolution."""
     step = config["time_step"]
-    return (
-        float(config["resolution"]) if step == "auto" else float(config["end_time"]) / float(step)
-    )
+    return float(config["resolution"] if step == "auto" else config["end_time"] / step)
 
 
 def state_of(earlier: dict[str, Any] | None, config: dict[str, Any], code: str) -> str:
@@ -130,11 +115,8 @@ def state_of(earlier: dict[str, Any] | None, config: dict[str, Any], code: str) 
         return "missing" if raised else "failed"
     if status not in LASTING:
         return "missing"
-    if (
-        status == "ok"
-        and config["timing"] == "exclusive"
-        and not timed_enough(earlier["solver_times"], config)
-    ):
+    timed = config["timing"] != "exclusive" or timed_enough(earlier["solver_times"], config)
+    if status == "ok" and not timed:
         return "untimed"
     return "fresh" if status in execute.SUCCESS else "failed"
 
@@ -147,11 +129,6 @@ def timed_enough(solver_times: list[float], config: dict[str, Any]) -> bool:
 def record_inapplicable(plan: Plan) -> None:
     """Leave a file for each cell that does not apply, with the reason."""
     for cell in plan.not_applicable:
-        earlier = cell.earlier or {}
-        if (
-            earlier.get("status") == "not_applicable"
-            and earlier.get("reason") == cell.not_applicable
-        ):
-            continue
         verdict = {"status": "not_applicable", "reason": cell.not_applicable}
-        execute.leave_record(cell.config, attributes(cell.config) | verdict)
+        if not verdict.items() <= (cell.earlier or {}).items():
+            execute.leave_record(cell.config, attributes(cell.config) | verdict)

@@ -1,8 +1,8 @@
-"""A sweep from its arguments to its exit code: plan, runs, timings, failures, report."""
+"""One run, or a sweep, from arguments to exit code: plan, runs, timings, failures, report."""
 
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
@@ -19,30 +19,39 @@ from mpmbench.runs.sweep import display, execute, launchers, live, reporting
 from mpmbench.runs.sweep.execute import Record
 from mpmbench.runs.sweep.interrupts import terminated_like_interrupted, uninterrupted
 from mpmbench.runs.sweep.ledger import Ledger, follow_owner, opened
-from mpmbench.runs.sweep.plan import Plan, make_plan, record_inapplicable
-from mpmbench.runs.sweep.repeats import repeat_timings
+from mpmbench.runs.sweep.plan import Plan, make_plan, record_inapplicable, timed_enough
+from mpmbench.settings.arguments import value_of
 from mpmbench.settings.schema import BadInput
 
 MARK_EVERY = 0.5  # seconds between two marks of how far a run is
 
 
-class Session:
-    """One sweep.
+def run_one(pairs: Sequence[str], started: float) -> int:
+    """Run what the arguments say, whether it has been run before or not; returns the exit code.
 
-    Parameters
-    ----------
-    pairs : sequence of str
-        The ``key=value`` of the command line.
-
-    Attributes
-    ----------
-    plan : Plan
-        What there was to do, once `run` has begun.
+    `started` is when the command began, on the clock of `time.perf_counter`. Raises `BadInput` when
+    the arguments are wrong, or do not go together.
     """
+    ((config, reason),) = execute.applying([pairs])
+    if reason:
+        raise BadInput(f"this combination does not apply: {reason}")
+    name = result_path(config).stem
+    with terminated_like_interrupted(), display.progress_bar(name) as progress:
+        alone = config["timing"] == "exclusive"
+        records = {name: execute.run(config, progress, alone)}
+        repeat_timings([config], records)
+    record = records[name]
+    print(display.summary(record, time.perf_counter() - started))
+    reported = reporting.build(Path(record.file).parent) if config["report"] else True
+    return 0 if reported and not record.failed else 1
+
+
+class Session:
+    """One sweep, from the ``key=value`` of a command line; its `plan` is made when it runs."""
 
     def __init__(self, pairs: Sequence[str]) -> None:
         self.pairs = list(pairs)
-        self.launcher = launchers.chosen(self.pairs)
+        self.launcher = value_of("hydra/launcher", self.pairs)
         self.plan = Plan()
 
     @property
@@ -53,17 +62,13 @@ class Session:
     def run(self) -> int:
         """Run what is missing; returns the exit code.
 
-        Raises
-        ------
-        BadInput
-            When any cell is wrong; nothing has run then.
-        KeyboardInterrupt
-            After the runs under way have been recorded.
+        Raises `BadInput` when any cell is wrong, before anything has run, and `KeyboardInterrupt`
+        after the runs under way have been recorded.
         """
         interrupted = False
         with (
             terminated_like_interrupted(),
-            opened(launchers.shared_folder(self.pairs)) as ledger,
+            opened(launchers.shared_folder(self.launcher, self.pairs)) as ledger,
             guarded(str(ledger.folder)) if self.parallel else nullcontext(),
         ):
             view = live.View(ledger)
@@ -86,7 +91,7 @@ class Session:
         good = self.conclude(records, interrupted)
         if interrupted:
             raise KeyboardInterrupt
-        if self.plan.wants_report:
+        if any(cell.config["report"] for cell in self.plan.cells()):
             good = reporting.build(Path(self.plan.folder), only_when_older=not records) and good
         return 0 if good else 1
 
@@ -108,12 +113,7 @@ class Session:
         """Let the launcher run the cells; what a dying worker takes down with it is launched again.
 
         Which run was to blame is not known, so that only one that was under way at two deaths
-        counts as crashed.
-
-        Raises
-        ------
-        BadInput
-            When the launcher does not work at all.
+        counts as crashed. Raises `BadInput` when the launcher does not work at all.
         """
         suspects: set[str] = set()
         run_it = partial(run_job, ledger.folder, self.launcher)
@@ -183,10 +183,9 @@ def run_job(folder: Path, launcher: str, name: str) -> None:
     if not ledger.may_start():
         return
     config = ledger.config(name)
-    processors = os.cpu_count() or 1
+    side_by_side = max(1, (os.cpu_count() or 1) // config["threads"])
     crowded = launcher == "submitit_local"  # it starts all jobs at once
-    place = slot(folder, max(1, processors // config["threads"])) if crowded else nullcontext()
-    with place:
+    with slot(folder, side_by_side) if crowded else nullcontext():
         run_cell(ledger, config)
 
 
@@ -205,3 +204,35 @@ def run_cell(ledger: Ledger, config: dict[str, Any], alone: bool = False) -> Non
     ledger.note(record)
     if record.failed and config["on_error"] == "stop":
         ledger.request_stop()
+
+
+def repeat_timings(
+    configs: Sequence[dict[str, Any]],
+    records: dict[str, Record],
+    on_round: Callable[[int, int], None] = lambda due, number: None,
+    on_record: Callable[[Record], None] = lambda record: None,
+) -> None:
+    """Run again, in turn, what is timed exclusively, until it has been often enough.
+
+    A new record replaces the one of its name. `on_round` is called before each round with the
+    number of runs that are due and that of the round, `on_record` with each new record.
+    """
+    timed = [config for config in configs if config["timing"] == "exclusive"]
+    # others may come in between, and that timing does not count
+    for _ in range(max((2 * config["repeats"] for config in timed), default=0)):
+        due = [
+            (config, record)
+            for config in timed
+            if (record := records.get(result_path(config).stem)) is not None
+            and record.status == "ok"
+            and not record.unwritten
+            and not timed_enough(record.solver_times, config)
+        ]
+        if not due:
+            return
+        on_round(len(due), min(len(record.solver_times) for _, record in due) + 1)
+        for config, record in due:
+            again = execute.run(config, alone=True, solver_times=record.solver_times)
+            again.seconds = record.seconds
+            records[again.name] = again
+            on_record(again)
