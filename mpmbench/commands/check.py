@@ -39,10 +39,8 @@ def main(arguments: list[str]) -> int:
     if isinstance(brought, str):
         raise BadInput(f"check {file.name}: it cannot be imported: {brought}")
     if not brought:
-        kinds = ", ".join(PACKAGES)
-        raise BadInput(
-            f"check {file.name}: it registers nothing; @register(kind, name) does, with a kind of {kinds}"
-        )
+        how = f"@register(kind, name) does, with a kind of {', '.join(PACKAGES)}"
+        raise BadInput(f"check {file.name}: it registers nothing; {how}")
     passed = total = late = 0
     for kind, name in brought:
         print(f"{kind} {name}")

@@ -56,9 +56,8 @@ def main(arguments: list[str]) -> int:
     wanted = [argument for argument in arguments if argument.startswith("-")]
     for option in wanted:
         if option not in FORMATS:
-            raise BadInput(
-                f"export {option}: there are {' and '.join(FORMATS)}{did_you_mean(option, FORMATS)}"
-            )
+            hint = did_you_mean(option, FORMATS)
+            raise BadInput(f"export {option}: there are {' and '.join(FORMATS)}{hint}")
     if len(given) != 1 or not wanted:
         raise BadInput("export: a result file or a folder of them is needed, and --vtk or --csv")
     source = Path(given[0])
@@ -189,9 +188,8 @@ def overview(files: list[Path], folder: Path) -> Path:
             row[f"{key} [{label.get('units', '1')}]"] = value
         rows.append(row)
     names = list(dict.fromkeys(key for row in rows for key in row))
-    return write_table(
-        folder / "runs.csv", names, ([row.get(name, "") for name in names] for row in rows)
-    )
+    table = ([row.get(name, "") for name in names] for row in rows)
+    return write_table(folder / "runs.csv", names, table)
 
 
 def write_table(path: Path, names: Iterable[str], rows: Iterable[Iterable[Any]]) -> Path:

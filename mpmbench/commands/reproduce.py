@@ -84,9 +84,8 @@ def main(arguments: list[str]) -> int:
     given = [word for word in arguments if "=" not in word]
     pairs = [word for word in arguments if "=" in word]
     if len(given) != 1:
-        raise BadInput(
-            f"reproduce: the name of a paper or an experiment is needed: {', '.join(groups())}"
-        )
+        known = ", ".join(groups())
+        raise BadInput(f"reproduce: the name of a paper or an experiment is needed: {known}")
     for key in ("experiments", "campaign"):
         if value_of(key, pairs):
             raise BadInput(f"reproduce: {key} is chosen by the name; leave it out")
@@ -118,9 +117,8 @@ def choose(name: str, output: Path) -> list[Experiment]:
     ]
     if not found:
         known = [*groups(), *experiments()]
-        raise BadInput(
-            f"reproduce {name}: there is no such paper or experiment{did_you_mean(name, known)}"
-        )
+        hint = did_you_mean(name, known)
+        raise BadInput(f"reproduce {name}: there is no such paper or experiment{hint}")
     return sorted(found, key=lambda one: (not one.alone, one.name))
 
 

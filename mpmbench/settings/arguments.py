@@ -36,9 +36,8 @@ def split(arguments: list[str], verbs: list[str]) -> tuple[list[str], list[str]]
         elif argument.startswith("-"):
             name = argument.partition("=")[0]
             if name not in FLAGS:
-                raise BadInput(
-                    f"{name}: there is no such option{did_you_mean(name, [*FLAGS, '--help', '--version'])}"
-                )
+                hint = did_you_mean(name, [*FLAGS, "--help", "--version"])
+                raise BadInput(f"{name}: there is no such option{hint}")
             values = FLAGS[name] if "=" not in argument else 0
             flags.append(argument)
         else:
@@ -67,10 +66,8 @@ def check_pair(pair: str, verbs: list[str]) -> None:
         hint = did_you_mean(bare, all_keys()) or "; see --help for the keys"
         raise BadInput(f"{pair}: keys can be neither added nor removed{hint}")
     if not equals:
-        hint = did_you_mean(key, verbs)
-        raise BadInput(
-            f"{pair}: neither key=value nor a command{hint or '; commands are ' + ', '.join(verbs)}"
-        )
+        hint = did_you_mean(key, verbs) or f"; commands are {', '.join(verbs)}"
+        raise BadInput(f"{pair}: neither key=value nor a command{hint}")
     if key not in all_keys():
         raise unknown_key(key, pair)
     if not value.strip():
@@ -81,12 +78,9 @@ def check_pair(pair: str, verbs: list[str]) -> None:
         raise BadInput(f"{pair}: a name is needed; there are {', '.join(options(key))}")
     if key in (*GROUPS, "experiments") and re.fullmatch(r"[\w./,\s-]+", value):
         known = experiments() if key == "experiments" else options(key)
-        for name in value.split(","):
-            if name.strip() not in known:
-                some = list(known)[:MOST_NAMED]
+        for name in map(str.strip, value.split(",")):
+            if name not in known:
+                some = ", ".join(list(known)[:MOST_NAMED]) or "none"
                 more = ", ...; `list` names all" if len(known) > MOST_NAMED else ""
-                hint = (
-                    did_you_mean(name.strip(), known)
-                    or f"; there are {', '.join(some) or 'none'}{more}"
-                )
-                raise BadInput(f"{pair}: there is no {key} {name.strip() or chr(39) * 2}{hint}")
+                hint = did_you_mean(name, known) or f"; there are {some}{more}"
+                raise BadInput(f"{pair}: there is no {key} {name or chr(39) * 2}{hint}")

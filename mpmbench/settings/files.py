@@ -42,9 +42,8 @@ def read_yaml(path: Path) -> dict[str, Any]:
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         mark = getattr(error, "problem_mark", None)
         place = f"{path}, line {mark.line + 1}" if mark else str(path)
-        raise BadInput(
-            f"{place}: not valid YAML: {getattr(error, 'problem', None) or error}"
-        ) from None
+        why = getattr(error, "problem", None) or error
+        raise BadInput(f"{place}: not valid YAML: {why}") from None
     return content if isinstance(content, dict) else {}
 
 
@@ -97,9 +96,8 @@ def papers() -> dict[str, Path]:
                     continue
                 name = file.stem if pattern == "*.py" else file.parent.name
                 if name in found:
-                    raise BadInput(
-                        f"the paper {name} is there twice: in {found[name]} and in {file}"
-                    )
+                    where = f"in {found[name]} and in {file}"
+                    raise BadInput(f"the paper {name} is there twice: {where}")
                 found[name] = file
     return dict(sorted(found.items()))
 
