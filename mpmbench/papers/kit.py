@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from matplotlib.figure import Figure
 
 from mpmbench.report import figures, tables
@@ -173,16 +172,10 @@ def _complete(campaign: Campaign) -> Campaign:
     return dataclasses.replace(campaign, unreadable=unreadable).only(keep)
 
 
-def _each(campaign: Campaign, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Campaign:
-    """A campaign whose tables of runs are changed alike."""
-    names = ("runs", "settings", "provenance")
-    return dataclasses.replace(campaign, **{key: change(getattr(campaign, key)) for key in names})
-
-
 def _below(campaign: Campaign, name: str, folder: Path) -> Campaign:
     """The same campaign, its files named from the folder above."""
     unreadable = {f"{name}/{file}": reason for file, reason in campaign.unreadable.items()}
-    named = _each(campaign, lambda table: table.rename(index=lambda file: f"{name}/{file}"))
+    named = campaign.each(lambda table: table.rename(index=lambda file: f"{name}/{file}"))
     return dataclasses.replace(named, folder=folder, unreadable=unreadable)
 
 

@@ -1,7 +1,7 @@
 """What a folder of result files holds, as tables: one row per file, read without running anything."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -68,8 +68,12 @@ class Campaign:
 
     def only(self, files: Any) -> "Campaign":
         """The same with some of the runs: those of a column of files, or of a mask."""
-        tables = {key: getattr(self, key).loc[files] for key in ("runs", "settings", "provenance")}
-        return replace(self, **tables)
+        return self.each(lambda table: table.loc[files])
+
+    def each(self, change: Callable[[pd.DataFrame], pd.DataFrame]) -> "Campaign":
+        """The same with its tables of runs changed alike."""
+        names = ("runs", "settings", "provenance")
+        return replace(self, **{key: change(getattr(self, key)) for key in names})
 
     def variables(self, file: str, wanted: Iterable[str]) -> dict[str, np.ndarray]:
         """Those of the wanted variables that the file has, loaded; snapshots keep their first axis."""
