@@ -3,6 +3,7 @@
 import dataclasses
 import re
 from collections.abc import Callable, Collection, Iterable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -222,20 +223,22 @@ def variables(
     MissingRuns
         When there is no such run, or it did not finish.
     """
-    runs = Runs(campaigns)
-    runs.number(campaign, "steps", **match)
-    file = runs.evidence[-1].files[0]
+    file = number(campaigns, campaign, "steps", **match).files[0]
     return file, campaigns[campaign].variables(file, wanted)
+
+
+def number(campaigns: Campaigns, campaign: str, quantity: str, **match: Any) -> Cell:
+    """As `Runs.number`, with the files of the run."""
+    runs = Runs(campaigns)
+    return Cell(runs.number(campaign, quantity, **match), runs.evidence[-1].files)
 
 
 def cell(campaigns: Campaigns, campaign: str, quantity: str, **match: Any) -> Cell:
     """The number of the one run that matches, or its status, with its file; empty without a run."""
-    runs = Runs(campaigns)
-    try:
-        value: float | str = runs.number(campaign, quantity, **match)
-    except MissingRuns:
-        try:
-            value = runs.status(campaign, **match).replace("_", " ")
-        except MissingRuns:
-            return Cell()
-    return Cell(value, runs.evidence[-1].files)
+    with suppress(MissingRuns):
+        return number(campaigns, campaign, quantity, **match)
+    with suppress(MissingRuns):
+        runs = Runs(campaigns)
+        status = runs.status(campaign, **match).replace("_", " ")
+        return Cell(status, runs.evidence[-1].files)
+    return Cell()

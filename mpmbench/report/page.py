@@ -1,11 +1,10 @@
 """The report of a campaign: figures and tables, and all of it on one page that opens offline."""
 
-import os
 import re
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from mpmbench.analysis.convergence import INTERVAL_MEANING, OrderEstimate
 from mpmbench.report import atlas, figures, profiles, style, tables
 from mpmbench.report.series import Study, further_studies, orders_of, studies
 from mpmbench.report.tables import Table
+from mpmbench.results.netcdf import in_one_move
 from mpmbench.results.records import Campaign, read_campaign
 
 ERRORS = ("error_displacement_rms", "error_stress_rms")
@@ -107,16 +107,16 @@ class Writer:
     def __init__(self, target: Path) -> None:
         self.target = target
         self.written: list[str] = []
-        for folder in ("figures", "tables"):
-            (target / folder).mkdir(parents=True, exist_ok=True)
 
     def text(self, name: str, content: str) -> Path:
         """Write one text file."""
-        return self._place(name, lambda file: file.write_text(content, encoding="utf-8"))
+        return self.data(name, content.encode())
 
     def data(self, name: str, content: bytes) -> Path:
         """Write one file of bytes."""
-        return self._place(name, lambda file: file.write_bytes(content))
+        with self._place(name) as file:
+            file.write_bytes(content)
+        return self.target / name
 
     def table(self, table: Table) -> None:
         """Write a table as CSV, Markdown and LaTeX."""
@@ -127,8 +127,8 @@ class Writer:
     def picture(self, name: str, title: str, caption: str, figure: Figure) -> Picture:
         """Save a figure as SVG, PDF and PNG, and return it for the page."""
         for suffix, options in FORMATS.items():
-            save = partial(figure.savefig, format=suffix, **options)
-            self._place(f"figures/{name}.{suffix}", save)
+            with self._place(f"figures/{name}.{suffix}") as file:
+                figure.savefig(file, format=suffix, **options)
             if suffix == "svg":  # laid out once; the other formats need not do it again
                 figure.set_layout_engine("none")
         drawing = (self.target / "figures" / f"{name}.svg").read_text(encoding="utf-8")
@@ -144,16 +144,11 @@ class Writer:
                 place.unlink(missing_ok=True)
         self.text(MANIFEST, "\n".join(sorted(self.written)) + "\n")
 
-    def _place(self, name: str, write: Any) -> Path:
-        final = self.target / name
-        unfinished = final.with_name(f".{final.name}.{os.getpid()}")
-        try:
-            write(unfinished)
-            unfinished.replace(final)
-        finally:
-            unfinished.unlink(missing_ok=True)
+    @contextmanager
+    def _place(self, name: str) -> Iterator[Path]:
+        with in_one_move(self.target / name) as unfinished:
+            yield unfinished
         self.written.append(name)
-        return final
 
 
 def inline_svg(drawing: str, name: str) -> str:

@@ -7,11 +7,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mpmbench.analysis.convergence import OrderEstimate, estimate_order, order_with_interval
-from mpmbench.papers.kit import Campaigns, Chapter
+from mpmbench.papers.kit import Campaigns, Chapter, number
 from mpmbench.papers.parts import of_file, ticks
 from mpmbench.papers.wobbes2020.support import ERROR, fields
 from mpmbench.report import style
-from mpmbench.report.claims import Runs
 from mpmbench.report.figures import name_axes, tiles
 from mpmbench.report.tables import Cell
 
@@ -69,12 +68,7 @@ NORMS: dict[str, dict[str, Any]] = {"max-ent, Eq. 102": MAXENT, "unified, Eq. 10
 
 def variant_errors(campaigns: Campaigns, match: dict[str, Any]) -> list[Cell]:
     """Displacement errors of one variant on all grids."""
-    cells = []
-    for n in CELLS:
-        runs = Runs(campaigns)
-        value = runs.number("errata", ERROR, resolution=n, **match)
-        cells.append(Cell(value, runs.evidence[-1].files))
-    return cells
+    return [number(campaigns, "errata", ERROR, resolution=n, **match) for n in CELLS]
 
 
 def norm_as_printed(campaigns: Campaigns, match: dict[str, Any]) -> list[Cell]:
