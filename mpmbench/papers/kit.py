@@ -18,8 +18,6 @@ from mpmbench.report.tables import Cell, Table
 from mpmbench.results import completion
 from mpmbench.results.records import Campaign, read_campaign
 
-ERRORS = ("error_displacement_rms", "error_stress_rms")
-
 
 class Campaigns(dict[str, Campaign]):
     """Campaigns by the name of their experiment; one that is not there raises `MissingRuns`."""
@@ -92,7 +90,7 @@ class Chapter:
     def convergence(
         self,
         campaign: Campaign,
-        quantities: Iterable[str] = ERRORS[:1],
+        quantities: Iterable[str] = ("error_displacement_rms",),
         problem: str | None = None,
         prefix: str = "",
         where: str = "",

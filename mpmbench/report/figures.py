@@ -64,8 +64,7 @@ def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
     handles += failed
     log_ticks(axes.yaxis)
     _ticks_at_values(axes, study.values())
-    axes.set_xlabel(study.axis.label)
-    axes.set_ylabel(quantity_label(study, quantity))
+    axes.set(xlabel=study.axis.label, ylabel=quantity_label(study, quantity))
     _legend_below(figure, handles, shown)
     return figure
 
@@ -90,8 +89,7 @@ def work_precision(study: Study, quantity: str) -> tuple[Figure, bool] | None:
         handles += axes.loglog(runs.solver_time, runs[quantity], label=one.label, **look)
     log_ticks(axes.xaxis, span=100.0)
     log_ticks(axes.yaxis)
-    axes.set_xlabel("solver time [s]")
-    axes.set_ylabel(quantity_label(study, quantity))
+    axes.set(xlabel="solver time [s]", ylabel=quantity_label(study, quantity))
     if not exclusive:
         corner: dict[str, Any] = {"ha": "right", "va": "top", "transform": axes.transAxes}
         axes.text(0.97, 0.97, "machine shared with other runs", size=7, **corner)

@@ -21,7 +21,8 @@ DYNAMIC: dict[str, tuple[dict[str, Any], str, str]] = {
     "GMM-LME, frozen": ({"basis": "lme", "method__shape_functions": "frozen"}, "#009E73", "-"),
     "GMM-LME, updated": ({"basis": "lme", "method__shape_functions": "updated"}, "#009E73", ":"),
 }
-FIRST_MINIMUM, LATE_MAXIMUM = (1.0475, -3.304), (2.635, 0.042)  # quadratic, 24 x 6 cells
+# time [s] and displacement [m] with quadratic finite elements, 24 x 6 cells
+FIRST_MINIMUM, LATE_MAXIMUM = (1.0475, -3.304), (2.635, 0.042)
 SCALARS = (
     "first_minimum",
     "lag_of_first_minimum",
@@ -52,9 +53,7 @@ def dynamic_chapter(campaigns: Campaigns) -> Chapter:
     for axis in axes[0]:
         extrema = zip(FIRST_MINIMUM, LATE_MAXIMUM, strict=True)
         axis.plot(*extrema, "k+", ms=8, label="quadratic elements")
-        axis.set_xlabel("time [s]")
-        axis.set_ylim(-4.2, 1.9)
-        axis.set_yticks(range(-4, 1))
+        axis.set(xlabel="time [s]", ylim=(-4.2, 1.9), yticks=range(-4, 1))
         axis.legend(fontsize=6, loc="upper left")
     axes[0, 0].set_ylabel("vertical displacement of the corner [m]")
     caption = "MPM with 16 particles per cell."
@@ -112,8 +111,7 @@ def patch_chapter(campaigns: Campaigns) -> Chapter:
             axes.loglog(PATCH, numbers(found), **line)
         rows.append([name, *found])
     axes.loglog([8, 64], [4e-3, 5e-4], color="#888888", lw=0.8, label="slope 1")
-    axes.set_xlabel("cells along the square")
-    axes.set_ylabel("relative RMS displacement error")
+    axes.set(xlabel="cells along the square", ylabel="relative RMS displacement error")
     axes.set_xticks(PATCH, [str(n) for n in PATCH])
     axes.xaxis.minorticks_off()
     axes.set_ylim(1e-4, 1e-2)

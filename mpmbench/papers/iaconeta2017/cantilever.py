@@ -188,8 +188,7 @@ def load_steps_chapter(campaigns: Campaigns) -> Chapter:
         axes.semilogx(STEPS, 100.0 * (values / values[0] - 1.0), **line)
         shown = [*found, ratio(found[-1], found[0])]
         rows.append([label, *(with_digits(6, one) for one in shown)])
-    axes.set_xlabel("number of load steps")
-    axes.set_ylabel("change of the deflection [%]")
+    axes.set(xlabel="number of load steps", ylabel="change of the deflection [%]")
     ticks(axes, STEPS)
     axes.legend(fontsize=6)
     caption = "h = 0.25 m; change against one load step. Implicit MPM locates its particles anew after every step."

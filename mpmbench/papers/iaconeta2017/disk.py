@@ -151,8 +151,7 @@ def glued_chapter(campaigns: Campaigns) -> Chapter:
         rows.append([name, *quantities(campaigns, "glued", ends, **match)])
     exact = found["centre_displacement_exact"]
     axes.plot(found["time"], exact, **style.EXACT, label="rigid disk, rolling")
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel("displacement along the plane [m]")
+    axes.set(xlabel="time [s]", ylabel="displacement along the plane [m]")
     axes.legend(fontsize=6)
     caption = "h = 0.05 m, 2 ms. Gap 0: the disk touches the plane at the start, as published."
     page.draw("paths", "Set-ups that stick and set-ups that roll", caption, figure)

@@ -230,8 +230,7 @@ def soil_check_chapter(campaigns: Campaigns) -> Chapter:
         run_out = cell(campaigns, "soil_check", "final_run_out", **match)
         rows.append([name, *(with_digits(4, one) for one in energies), run_out])
     axes.plot(*zip(*REFERENCE, strict=True), "k+", ms=9, label="Kratos 10.4.4, a(0) = g")
-    axes.set_xlabel("time [s]")
-    axes.set_ylabel("kinetic energy [J]")
+    axes.set(xlabel="time [s]", ylabel="kinetic energy [J]")
     figure.legend(fontsize=7, loc="outside right center")
     page.draw("energy", "Kinetic energy, implicit MPM", "h = 0.1 m, time step 2 ms.", figure)
     reference = [Cell(energy, digits=4) for _, energy in REFERENCE]

@@ -120,8 +120,7 @@ def energy_chapter(campaigns: Campaigns) -> Chapter:
         curve = finished(STEPS, drifts, f"energy: no run with {name} has finished")
         axes.loglog(*curve, label=name, **style.line("otm", "lme", rank))
         rows.append([name, *drifts])
-    axes.set_xlabel("time step [s]")
-    axes.set_ylabel("relative change of the energy")
+    axes.set(xlabel="time step [s]", ylabel="relative change of the energy")
     axes.legend()
     caption = "OTM with local max-ent functions."
     page.draw("drift", "Largest change of the energy of the bar", caption, figure)
@@ -171,8 +170,7 @@ def _growth_map(page: Chapter, campaigns: Campaigns) -> None:
     axes.set_xticks(range(len(STRETCHES)), [f"{s:g}" for s in STRETCHES])
     axes.set_yticks(range(len(GAMMAS)), [f"{g:g}" for g in GAMMAS])
     axes.grid(False)
-    axes.set_xlabel("stretch")
-    axes.set_ylabel(r"$\gamma$")
+    axes.set(xlabel="stretch", ylabel=r"$\gamma$")
     figure.colorbar(picture, label="growth of the disturbance")
     caption = "41 nodes, P = E ln J, ends held, velocity noise 1e-10 m/s, 400 s; the initial stress is balanced."
     page.draw("map", "Growth by stretch and gamma", caption, figure)

@@ -140,10 +140,9 @@ def _contours(
 def _window(axis: Axes, corner: np.ndarray, title: str) -> None:
     """Show a square of the plane."""
     axis.set_title(title, pad=3, fontsize=7)
-    axis.set_aspect("equal")
     axis.grid(False)
-    axis.set_xlim(corner[0], corner[0] + WINDOW)
-    axis.set_ylim(corner[1], corner[1] + WINDOW)
+    (left, low), (right, high) = corner, corner + WINDOW
+    axis.set(xlim=(left, right), ylim=(low, high), aspect="equal")
 
 
 def _section(page: Chapter, campaigns: Campaigns) -> None:
@@ -156,8 +155,7 @@ def _section(page: Chapter, campaigns: Campaigns) -> None:
         look: dict[str, Any] = {"color": style.colour("otm"), "label": f"gamma = {gamma:g}"}
         axes.plot(X[line, 0], phi[line], style.LINE_STYLES[k], **look)
     axes.set_xlim(2.0, 8.0)
-    axes.set_xlabel("$x_1$ [m]")
-    axes.set_ylabel("function")
+    axes.set(xlabel="$x_1$ [m]", ylabel="function")
     axes.legend()
     caption = "As gamma grows the function becomes that of linear elements; its corners are smooth on a finer scale."
     page.draw("section", "The function on a line through its highest sample", caption, figure)

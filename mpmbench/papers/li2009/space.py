@@ -75,9 +75,7 @@ def _strip(axis: Axes, x: np.ndarray, v: np.ndarray, title: str, size: float) ->
     """Material points in the plane [m] coloured by their velocity [m/s]."""
     picture = axis.scatter(1e3 * x[:, 0], 1e3 * x[:, 1], c=v, s=size, linewidths=0.0, **COLOURS)
     axis.set_title(title, pad=2, fontsize=7)
-    axis.set_aspect("equal")
-    axis.set_ylim(-0.2, 3.7)
-    axis.set_yticks((0, 3))
+    axis.set(aspect="equal", ylim=(-0.2, 3.7), yticks=(0, 3))
     axis.grid(False)
     return picture
 

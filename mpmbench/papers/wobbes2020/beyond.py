@@ -109,8 +109,7 @@ def amplitude_chapter(campaigns: Campaigns) -> Chapter:
             axes.loglog(*curve, label=text, **style.line(name, "linear", k))
             rows.append([name.upper(), amplitude, *errors, crossings])
     ticks(axes, FLOOR_CELLS)
-    axes.set_xlabel("cells along the reference length")
-    axes.set_ylabel("RMS displacement error [m]")
+    axes.set(xlabel="cells along the reference length", ylabel="RMS displacement error [m]")
     axes.legend(fontsize=6)
     caption = "Linear functions, consistent mass, t = 0.02 s, time step 2e-6 s; one curve for each velocity amplitude."
     page.draw("floor", "Errors of linear MPM and OTM by amplitude", caption, figure)
