@@ -13,7 +13,8 @@ import xarray as xr
 
 from mpmbench.commands.places import attributes_of, results_in
 from mpmbench.results.campaign import flat_settings
-from mpmbench.results.netcdf import in_one_move, read_attributes, read_scalars
+from mpmbench.results.netcdf import read_attributes, read_scalars
+from mpmbench.results.one_move import in_one_move
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.execute import check_folder
 from mpmbench.settings.schema import BadInput, did_you_mean

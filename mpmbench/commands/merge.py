@@ -5,7 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.commands.places import results_in
-from mpmbench.results.netcdf import in_one_move, read_attributes
+from mpmbench.results.netcdf import read_attributes
+from mpmbench.results.one_move import in_one_move
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.execute import check_folder
 from mpmbench.runs.sweep.plan import LASTING

@@ -17,7 +17,7 @@ from mpmbench.analysis.convergence import INTERVAL_MEANING, OrderEstimate
 from mpmbench.report import atlas, figures, profiles, style, tables
 from mpmbench.report.series import Study, further_studies, orders_of, studies
 from mpmbench.report.tables import Table
-from mpmbench.results.netcdf import in_one_move
+from mpmbench.results.one_move import in_one_move
 from mpmbench.results.records import Campaign, read_campaign
 
 ERRORS = ("error_displacement_rms", "error_stress_rms")

@@ -2,8 +2,6 @@
 
 import os
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +9,7 @@ import netCDF4
 import numpy as np
 import xarray as xr
 
+from mpmbench.results.one_move import in_one_move
 from mpmbench.settings.schema import BadInput
 
 STATUSES = (
@@ -39,19 +38,6 @@ def write(dataset: xr.Dataset, path: Path) -> None:
             raise refusal(temporary, dataset.nbytes) or OSError(str(error)) from None
 
 
-@contextmanager
-def in_one_move(path: Path) -> Iterator[Path]:
-    """A temporary file that takes the place of `path` once it is written, and is gone otherwise."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    remove_leftovers(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        yield temporary
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
 def refusal(place: Path, size: int) -> OSError | None:
     """What the system says to a file of that size [bytes] and its headers; None when it takes one."""
     try:
@@ -59,14 +45,6 @@ def refusal(place: Path, size: int) -> OSError | None:
     except OSError as error:
         return error
     return None
-
-
-def remove_leftovers(path: Path) -> None:
-    """Remove temporary files of processes that were killed while they wrote this file."""
-    for leftover in path.parent.glob(f".{path.name}.*.tmp"):
-        writer = leftover.name.split(".")[-2]
-        if not (writer.isdigit() and Path("/proc", writer).exists()):
-            leftover.unlink(missing_ok=True)
 
 
 def read_attributes(path: Path) -> dict[str, Any] | None:

@@ -11,7 +11,7 @@ import netCDF4
 import pytest
 import xarray as xr
 
-from mpmbench.results import netcdf
+from mpmbench.results import netcdf, one_move
 from mpmbench.settings.schema import BadInput
 
 DATASET = xr.Dataset(
@@ -55,7 +55,7 @@ netcdf.write(xarray.Dataset(), Path({str(tmp_path / "run.nc")!r}))
 """
     writer = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert writer.stdout.readline() == "writing\n"
-    netcdf.remove_leftovers(tmp_path / "run.nc")
+    one_move.remove_leftovers(tmp_path / "run.nc")
     assert len(list(tmp_path.iterdir())) == 1  # the writer is alive
     os.kill(writer.pid, signal.SIGKILL)
     writer.wait()
