@@ -24,10 +24,9 @@ LOOK_EVERY = 0.02  # seconds
 
 def folder() -> Path:
     """Where the locks are: for each user of each machine."""
-    runtime = Path(os.environ.get("XDG_RUNTIME_DIR") or tempfile.gettempdir())
-    place = (
-        runtime if runtime.is_dir() else Path(tempfile.gettempdir())
-    ) / f"mpmbench-{os.getuid()}"
+    temporary = tempfile.gettempdir()
+    runtime = Path(os.environ.get("XDG_RUNTIME_DIR") or temporary)
+    place = (runtime if runtime.is_dir() else Path(temporary)) / f"mpmbench-{os.getuid()}"
     place.mkdir(exist_ok=True)
     return place
 

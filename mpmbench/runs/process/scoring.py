@@ -2,7 +2,6 @@
 
 import importlib
 from collections.abc import Sequence
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +19,12 @@ compiling = TimingListener()
 register("numba:compile", compiling)
 
 
-def compile_time(connection: Connection) -> float:
+def compile_time() -> float:
     """How long this process has compiled so far [s]."""
     return float(compiling.duration) if compiling.done else 0.0
 
 
-def contents(connection: Connection, file: str) -> list[tuple[str, str]]:
+def contents(file: str) -> list[tuple[str, str]]:
     """Kind and name of everything that a file registers."""
     module = load(Path(file))
     brought = [(kind, name) for kind in registry.PACKAGES for name in registry.names(kind)]
@@ -41,16 +40,12 @@ def load(file: Path) -> str:
     return registry.load_file(file)
 
 
-def outline(
-    connection: Connection, kind: str, name: str, settings: dict[str, Any]
-) -> list[tuple[str, list[str]]]:
+def outline(kind: str, name: str, settings: dict[str, Any]) -> list[tuple[str, list[str]]]:
     """Label of each case of a plug-in, and the names of its checks."""
     return [(label, list(checks)) for label, _, checks in cases(kind, name, settings)]
 
 
-def judge(
-    connection: Connection, kind: str, name: str, settings: dict[str, Any], label: str, check: str
-) -> Finding:
+def judge(kind: str, name: str, settings: dict[str, Any], label: str, check: str) -> Finding:
     """One check of one case."""
     case, checks = next(
         (case, checks) for at, case, checks in cases(kind, name, settings) if at == label

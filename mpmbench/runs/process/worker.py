@@ -4,6 +4,7 @@ import time
 import traceback
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -26,17 +27,16 @@ REPORT_EVERY = 0.02  # seconds between two progress messages
 
 def serve(connection: Connection) -> None:
     """Answer requests ``(name, *arguments)`` until the client hangs up."""
+    answers = ANSWERS | {"run": partial(run, connection)}
     while True:
         try:
             name, *arguments = connection.recv()
         except (EOFError, OSError):
             return
-        connection.send(("done", ANSWERS[name](connection, *arguments)))
+        connection.send(("done", answers[name](*arguments)))
 
 
-def check(
-    connection: Connection, cells: list[tuple[dict[str, Any], str, str]]
-) -> list[dict[str, Any]]:
+def check(cells: list[tuple[dict[str, Any], str, str]]) -> list[dict[str, Any]]:
     """Tell what is wrong with each configuration, its memory, and its earlier result."""
     answers = []
     for config, reason, target in cells:
@@ -88,17 +88,14 @@ def run(
 
 
 def record(
-    connection: Connection,
-    attributes: dict[str, Any],
-    known: dict[str, tuple[float, str, str]],
-    target: str,
+    attributes: dict[str, Any], known: dict[str, tuple[float, str, str]], target: str
 ) -> dict[str, Any]:
     """Write the file of a run that did not; `known` has value, units and long name of scalars."""
     scalars = {name: scalar(*said) for name, said in known.items()}
     return finish(xr.Dataset(scalars), attributes, target)
 
 
-def solve_only(connection: Connection, config: dict[str, Any]) -> dict[str, Any]:
+def solve_only(config: dict[str, Any]) -> dict[str, Any]:
     """Run one case and keep nothing; for filling the cache of compiled kernels."""
     dataset = solve(config, None)
     return {"status": dataset.attrs["status"], "reason": dataset.attrs.get("reason", "")}
@@ -142,26 +139,21 @@ def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict
     }
 
 
-def score(name: str) -> Callable[..., Any]:
-    """A function of `scoring`, imported on use; what it raises becomes a sentence."""
+def score(name: str, *arguments: Any) -> Any:
+    """The answer of a function of `scoring`, imported on use; what it raises becomes a sentence."""
+    try:
+        from mpmbench.runs.process import scoring
 
-    def answer(connection: Connection, *arguments: Any) -> Any:
-        try:
-            from mpmbench.runs.process import scoring
-
-            return getattr(scoring, name)(connection, *arguments)
-        except (Exception, SystemExit) as error:
-            return explain(error)
-
-    return answer
+        return getattr(scoring, name)(*arguments)
+    except (Exception, SystemExit) as error:
+        return explain(error)
 
 
 ANSWERS: dict[str, Callable[..., Any]] = {
     "check": check,
-    "run": run,
     "record": record,
     "solve": solve_only,
-    **{name: score(name) for name in ("contents", "outline", "judge", "compile_time")},
+    **{name: partial(score, name) for name in ("contents", "outline", "judge", "compile_time")},
 }
 
 

@@ -27,9 +27,10 @@ def build(folder: Path, only_when_older: bool = False) -> bool:
         place = report.build(folder)
     except Exception as error:
         text = " ".join(f"{type(error).__name__}: {error}".split())
+        results = shorten(str(folder))
         print(
-            f"mpmbench: the report failed ({text}); the results are in {shorten(str(folder))}, "
-            f"and `python -m mpmbench report {shorten(str(folder))}` tries again",
+            f"mpmbench: the report failed ({text}); the results are in {results}, "
+            f"and `python -m mpmbench report {results}` tries again",
             file=sys.stderr,
         )
         return False

@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
@@ -79,7 +79,8 @@ class Session:
                 record_inapplicable(self.plan)
                 self.run_cells(ledger)
                 view.end()
-                self.repeat_timings(ledger)
+                configs = [cell.config for cell in self.plan.to_run]
+                repeat_timings(configs, ledger.records(), ledger)
             except KeyboardInterrupt:
                 interrupted = True
                 ledger.abandon()
@@ -154,15 +155,6 @@ class Session:
             with uninterrupted():
                 ledger.note(execute.leave_record(cell.config, known, time.perf_counter()))
 
-    def repeat_timings(self, ledger: Ledger) -> None:
-        """Time again what is timed exclusively, and say so."""
-
-        def announce(due: int, number: int) -> None:
-            print(f"timing {due} runs in turn, round {number}", flush=True)
-
-        configs = [cell.config for cell in self.plan.to_run]
-        repeat_timings(configs, ledger.records(), announce, ledger.note)
-
     def conclude(self, records: list[Record], interrupted: bool) -> bool:
         """Say what failed and what was left out; whether nothing failed."""
         failed = [record for record in records if record.failed] + self.plan.failed_before()
@@ -207,15 +199,12 @@ def run_cell(ledger: Ledger, config: dict[str, Any], alone: bool = False) -> Non
 
 
 def repeat_timings(
-    configs: Sequence[dict[str, Any]],
-    records: dict[str, Record],
-    on_round: Callable[[int, int], None] = lambda due, number: None,
-    on_record: Callable[[Record], None] = lambda record: None,
+    configs: Sequence[dict[str, Any]], records: dict[str, Record], ledger: Ledger | None = None
 ) -> None:
     """Run again, in turn, what is timed exclusively, until it has been often enough.
 
-    A new record replaces the one of its name. `on_round` is called before each round with the
-    number of runs that are due and that of the round, `on_record` with each new record.
+    A new record replaces the one of its name. In a sweep, which has a ledger, each round is
+    announced and each record noted.
     """
     timed = [config for config in configs if config["timing"] == "exclusive"]
     # others may come in between, and that timing does not count
@@ -230,9 +219,12 @@ def repeat_timings(
         ]
         if not due:
             return
-        on_round(len(due), min(len(record.solver_times) for _, record in due) + 1)
+        number = min(len(record.solver_times) for _, record in due) + 1
+        if ledger is not None:
+            print(f"timing {len(due)} runs in turn, round {number}", flush=True)
         for config, record in due:
             again = execute.run(config, alone=True, solver_times=record.solver_times)
             again.seconds = record.seconds
             records[again.name] = again
-            on_record(again)
+            if ledger is not None:
+                ledger.note(again)
