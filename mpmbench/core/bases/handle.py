@@ -142,16 +142,16 @@ class Stencils(NamedTuple):
 
     def matrix(self, nodes: int) -> np.ndarray:
         """Dense values phi[p, i], shape (n, nodes); for tests and plots."""
-        dense = np.zeros((len(self.size), nodes))
-        for p, n in enumerate(self.size):
-            np.add.at(dense[p], self.index[p, :n], self.phi[p, :n])
-        return dense
+        return self._dense(self.phi, nodes)
 
     def gradient_matrix(self, nodes: int) -> np.ndarray:
         """Dense gradients grad_phi[p, i, d], shape (n, nodes, dim); for tests and plots."""
-        dense = np.zeros((len(self.size), nodes, len(self.axes)))
+        return self._dense(self.grad_phi, nodes)
+
+    def _dense(self, values: np.ndarray, nodes: int) -> np.ndarray:
+        dense = np.zeros((len(values), nodes, *values.shape[2:]))
         for p, n in enumerate(self.size):
-            np.add.at(dense[p], self.index[p, :n], self.grad_phi[p, :n])
+            np.add.at(dense[p], self.index[p, :n], values[p, :n])
         return dense
 
 

@@ -117,9 +117,8 @@ def weigh(kind, effective, q):
         return 0.0, 0.0
     scale = 1.0 / (2.0 * effective)
     if kind == QUARTIC_SPLINE:
-        return 1.0 - t * t * (6.0 - 8.0 * t + 3.0 * t * t), -12.0 * t * (1.0 - t) * (
-            1.0 - t
-        ) * scale
+        slope = -12.0 * t * (1.0 - t) * (1.0 - t) * scale
+        return 1.0 - t * t * (6.0 - 8.0 * t + 3.0 * t * t), slope
     if t <= 0.5:
         return 2.0 / 3.0 - 4.0 * t * t * (1.0 - t), (-8.0 * t + 12.0 * t * t) * scale
     return 4.0 / 3.0 * (1.0 - t) ** 3, -4.0 * (1.0 - t) * (1.0 - t) * scale

@@ -21,7 +21,6 @@ from mpmbench.core.geometry.hull import Hull
 from mpmbench.core.particles import Particles
 from mpmbench.core.setting import setting
 
-PROMISES = Promises(kronecker="hull", gradient_on_hull=False)
 # Of a search radius whose nodes do not surround their point.
 LARGEST_ENLARGEMENT = 2.0
 ENLARGEMENT = 1.15  # at each attempt
@@ -43,7 +42,7 @@ class EntropySettings(BasisSettings):
         "for neighbours in cells, or at all nodes for every point (same functions)",
         options=("local", "all"),
     )
-    promises: ClassVar[Promises] = PROMISES
+    promises: ClassVar[Promises] = Promises(kronecker="hull", gradient_on_hull=False)
 
 
 class EntropyBasis(Basis):
