@@ -1,10 +1,10 @@
 """A kernel that evaluates every function of a handle once, without storing anything."""
 
 from mpmbench.core.bases.handle import count, locate, scratch, value
-from mpmbench.core.compiled import kernel, vector
+from mpmbench.core.compiled import compiled, vector
 
 
-@kernel
+@compiled
 def evaluate_all(phi, x):  # type: ignore[no-untyped-def]
     """Sum of all values and gradients at points x, shape (n, dim): keeps the compiler from leaving work out."""
     work, grad_phi = scratch(phi), vector(phi.axes)

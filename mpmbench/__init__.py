@@ -42,7 +42,7 @@ NAMES = {  # by the module in which they stand
     "core.bases.grid.product": "GridBasis product product_fields",
     "core.errors": "BadSetting BrokeDown Diverged NotApplicable NotConverged require",
     # Compiled code
-    "core.compiled": "implements inlined kernel lean matrix vector",
+    "core.compiled": "compiled implements inlined kernel lean matrix vector",
     "core.compiled.algebra": "determinant",
 }
 PLACES = {name: module for module, names in NAMES.items() for name in names.split()}

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from mpmbench.contracts import Contract, Finding, largest
 from mpmbench.core import registry
-from mpmbench.core.compiled import kernel
+from mpmbench.core.compiled import compiled
 from mpmbench.core.materials import cauchy_stress, energy_density
 
 CHECKS = Contract()
@@ -48,13 +48,13 @@ def cases(name: str) -> list[MaterialCase]:
     return [MaterialCase(name, dimension) for dimension in (1, 2, 3)]
 
 
-@kernel
+@compiled
 def stress_of(law, axes, F, state, sigma):
     """Cauchy stress without a rate."""
     cauchy_stress(law, axes, F, np.zeros_like(F), 1.0, state, sigma)
 
 
-@kernel
+@compiled
 def energy_of(law, axes, F, state):
     """Stored energy."""
     return energy_density(law, axes, F, state)

@@ -1,10 +1,10 @@
 """What is added up over the particles for the history of a run and for its guard."""
 
-from mpmbench.core.compiled import kernel, matrix
+from mpmbench.core.compiled import compiled, matrix
 from mpmbench.core.materials import energy_density
 
 
-@kernel
+@compiled
 def strain_energy(law, axes, F, state, V0):
     """Stored energy of all particles [J]."""
     total = 0.0
@@ -18,7 +18,7 @@ def strain_energy(law, axes, F, state, V0):
     return total
 
 
-@kernel
+@compiled
 def kinetic_energy(m, v):
     """``sum_p m_p |v_p|^2 / 2`` [J]."""
     total = 0.0
@@ -28,7 +28,7 @@ def kinetic_energy(m, v):
     return total
 
 
-@kernel
+@compiled
 def first_bad_volume(V, V0):
     """Number of the first particle whose volume is not positive and finite, -1 if there is none."""
     for p in range(V.shape[0]):

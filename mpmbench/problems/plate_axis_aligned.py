@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from mpmbench.core.choices import Choices
-from mpmbench.core.compiled import kernel
+from mpmbench.core.compiled import compiled
 from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box
 from mpmbench.core.materials import Material
@@ -123,7 +123,7 @@ class PlateAxisAligned(Problem):
         return float(np.pi / self.reference_length * np.sqrt(young / material.density))
 
 
-@kernel
+@compiled
 def manufactured_force(X, A, length, s, rho, lame, shear, young, b):
     """``b_i = (pi^2 u_i/(rho_0 l^2)) {(4/F_i^2) [lambda (1 - ln J) + mu (1 + F_i^2)] - E}``; s is sin(c pi t/l)."""
     k = 2.0 * np.pi / length

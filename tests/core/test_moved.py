@@ -4,6 +4,7 @@ import importlib
 
 import pytest
 
+import mpmbench
 from mpmbench.core.moved import MOVED, keep_old_places
 
 
@@ -13,3 +14,7 @@ def test_an_old_place_is_the_new_one(old):
     module = importlib.import_module(old)
     assert module is importlib.import_module(MOVED[old])
     assert module.__name__ == module.__spec__.name == MOVED[old]
+
+
+def test_the_decorator_of_compiled_functions_keeps_its_old_name():
+    assert mpmbench.kernel is mpmbench.compiled

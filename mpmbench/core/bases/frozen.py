@@ -4,11 +4,11 @@ import numpy as np
 
 from mpmbench.core.bases import Basis, StoredBasis
 from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.compiled import kernel, matrix
+from mpmbench.core.compiled import compiled, matrix
 from mpmbench.core.compiled.algebra import inverse, transform_rows
 
 
-@kernel
+@compiled
 def push_forward(axes, reference, F, grad_phi):
     """``grad phi = F^-T Grad phi`` for every particle, shapes (P, K, dim) and (P, dim, dim)."""
     inverse_F = matrix(axes, axes)

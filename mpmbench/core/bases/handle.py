@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mpmbench.core.compiled import answers_by_default, implements, kernel, vector
+from mpmbench.core.compiled import answers_by_default, compiled, implements, vector
 from mpmbench.core.compiled.rows import add_multiple
 
 
@@ -177,7 +177,7 @@ def _value(phi, at, k, work, grad_phi):
     return phi.phi[at, k]
 
 
-@kernel
+@compiled
 def fill(phi, x, size, nodes, values, gradients):
     """Store the functions of any handle at points x, shape (n, dim), in arrays of `Stencils`."""
     work, grad_phi = scratch(phi), vector(phi.axes)

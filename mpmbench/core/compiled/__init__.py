@@ -27,9 +27,12 @@ INLINED: Any = {key: OPTIONS[key] for key in ("error_model", "fastmath")} | {
 }
 
 
-def kernel(function: Callable[..., Any]) -> Any:
+def compiled(function: Callable[..., Any]) -> Any:
     """Compile a function to machine code in float64, cached on disk."""
     return njit(**OPTIONS)(function)
+
+
+kernel = compiled  # the name that plug-ins of version 0.1 use
 
 
 def lean(function: Callable[..., Any]) -> Any:

@@ -3,13 +3,13 @@
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from mpmbench.core.compiled import kernel
+from mpmbench.core.compiled import compiled
 from mpmbench.core.errors import BrokeDown
 
 ROUNDING = 1e-12  # of the size of the hull: points on it count as inside
 
 
-@kernel
+@compiled
 def _first_outside(x, lower, upper, normals, offsets):
     """Facets are asked about points outside the box ``lower..upper`` only, which the hull holds."""
     for p in range(x.shape[0]):

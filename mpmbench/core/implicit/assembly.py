@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mpmbench.core.compiled import inlined, kernel, matrix, vector
+from mpmbench.core.compiled import compiled, inlined, matrix, vector
 from mpmbench.core.compiled.algebra import determinant, inverse, multiply
 from mpmbench.core.materials import kirchhoff_stress
 
@@ -28,7 +28,7 @@ class Iterate(NamedTuple):
     tau: np.ndarray
 
 
-@kernel
+@compiled
 def equilibrium(law, phi, start, du, iterate, force, slot, blocks):
     """Add the internal force and its derivative by the increment of displacement.
 
@@ -151,7 +151,7 @@ def add_block(axes, half, grad, n, blocks, s):
             blocks[s, a, b] += total
 
 
-@kernel
+@compiled
 def add_mass(phi, m, slot, blocks):
     """``M_IJ += sum_p m_p N_I N_J`` [kg], shape (blocks,)."""
     for p in range(phi.size.shape[0]):
@@ -162,7 +162,7 @@ def add_mass(phi, m, slot, blocks):
                     blocks[s] += m[p] * phi.phi[p, k] * phi.phi[p, n]
 
 
-@kernel
+@compiled
 def add_laplacian(phi, V0, stiffness, slot, blocks):
     """``K_IJ += stiffness sum_p V0_p (grad N_I . grad N_J) I``, shape (blocks, dim, dim)."""
     for p in range(phi.size.shape[0]):
@@ -177,7 +177,7 @@ def add_laplacian(phi, V0, stiffness, slot, blocks):
                         blocks[s, d, d] += stiffness * V0[p] * total
 
 
-@kernel
+@compiled
 def interpolate(phi, u, out):
     """``out_p = sum_I N_I u_I``, shape (P, dim)."""
     total = vector(phi.axes)
@@ -191,7 +191,7 @@ def interpolate(phi, u, out):
             out[p, d] = total[d]
 
 
-@kernel
+@compiled
 def commit(axes, V0, F_new, state_new, tau, F, state, V, sigma):
     """Take over the converged state: F, history, ``V = J V_0`` and ``sigma = tau / J``."""
     for p in range(V0.shape[0]):

@@ -11,7 +11,7 @@ from scipy.sparse import csr_matrix
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.compiled import kernel
+from mpmbench.core.compiled import compiled
 from mpmbench.core.matrix.pattern import Pattern
 
 
@@ -64,7 +64,7 @@ class HeldPoints:
         )
 
 
-@kernel
+@compiled
 def add_augmentation(phi, point, component, stiffness, slot, blocks):
     """Add ``stiffness G^T G`` to the blocks; `slot` has the shape (n, K, K).
 

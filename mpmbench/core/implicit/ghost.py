@@ -12,7 +12,7 @@ from mpmbench.core.bases import Basis
 from mpmbench.core.bases.cells.simplices import FixedSimplices
 from mpmbench.core.bases.grid.spline import TensorSpline
 from mpmbench.core.bases.handle import Stencils, fill
-from mpmbench.core.compiled import kernel
+from mpmbench.core.compiled import compiled
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import simplex_volumes, tensor_points
 
@@ -91,7 +91,7 @@ class GhostGrid:
         return GhostCells(point, self._table[self._cell[first]])
 
 
-@kernel
+@compiled
 def add_ghost(phi, point, laplace, stiffness, du, force, slot, blocks):
     """Add ``eps E L du`` to the forces, shape (N, dim), and ``eps E L`` to the blocks."""
     for c in range(point.shape[0]):

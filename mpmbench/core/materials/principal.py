@@ -6,14 +6,14 @@ et al. (2006).
 
 import math
 
-from mpmbench.core.compiled import kernel, matrix
+from mpmbench.core.compiled import compiled, matrix
 
 THREE = (0.0, 0.0, 0.0)
 # Principal strains closer than this share their limit: the quotient has lost its digits.
 EQUAL = 1e-7
 
 
-@kernel
+@compiled
 def identity(out):
     """``out = I``, shape (3, 3)."""
     for i in range(3):
@@ -21,7 +21,7 @@ def identity(out):
             out[i, j] = 1.0 if i == j else 0.0
 
 
-@kernel
+@compiled
 def congruence(A, B, out):
     """``out = A B A^T`` of 3 x 3 matrices with B symmetric."""
     for i in range(3):
@@ -33,7 +33,7 @@ def congruence(A, B, out):
             out[i, j] = total
 
 
-@kernel
+@compiled
 def eigensystem(B, values, vectors):
     """Eigenvalues of a symmetric 3 x 3 matrix, descending, and eigenvectors as columns; B is lost.
 
@@ -73,7 +73,7 @@ def eigensystem(B, values, vectors):
                     vectors[k, j], vectors[k, j + 1] = vectors[k, j + 1], vectors[k, j]
 
 
-@kernel
+@compiled
 def logarithmic_strains(b, strain, vectors):
     """Principal strains ``ln(b) / 2``, descending, and axes of a tensor b, which is lost."""
     eigensystem(b, strain, vectors)
@@ -81,7 +81,7 @@ def logarithmic_strains(b, strain, vectors):
         strain[a] = 0.5 * math.log(strain[a])
 
 
-@kernel
+@compiled
 def trial_state(axes, increment, b, strain, vectors):
     """``b <- DF b DF^T``, and its principal strains and axes."""
     full, work = matrix(THREE, THREE), matrix(THREE, THREE)
@@ -96,7 +96,7 @@ def trial_state(axes, increment, b, strain, vectors):
     logarithmic_strains(work, strain, vectors)
 
 
-@kernel
+@compiled
 def assemble(values, vectors, axes, out):
     """``sum_A values_A n_A (x) n_A``, the leading (dim, dim) part."""
     for i in range(len(axes)):
@@ -107,7 +107,7 @@ def assemble(values, vectors, axes, out):
             out[i, j] = total
 
 
-@kernel
+@compiled
 def spatial_moduli(axes, strain, tau, D, vectors, moduli):
     """Moduli of `kirchhoff_stress` from principal ones, ``D_AB = d tau_A / d strain_B``.
 
@@ -150,7 +150,7 @@ def spatial_moduli(axes, strain, tau, D, vectors, moduli):
                             moduli[i, c, j, d] += value
 
 
-@kernel
+@compiled
 def principal_moduli(lame, shear, D):
     """``d tau_A / d strain_B`` of Hencky elasticity, shape (3, 3)."""
     for a in range(3):
@@ -158,7 +158,7 @@ def principal_moduli(lame, shear, D):
             D[a, b] = lame + (2.0 * shear if a == b else 0.0)
 
 
-@kernel
+@compiled
 def hencky_stress(lame, shear, strain, tau):
     """``tau_A = lambda tr(strain) + 2 mu strain_A``."""
     trace = strain[0] + strain[1] + strain[2]
@@ -166,7 +166,7 @@ def hencky_stress(lame, shear, strain, tau):
         tau[a] = lame * trace + 2.0 * shear * strain[a]
 
 
-@kernel
+@compiled
 def hencky_energy(lame, shear, strain):
     """``lambda tr(strain)^2 / 2 + mu strain : strain`` [J/m^3]."""
     trace = strain[0] + strain[1] + strain[2]

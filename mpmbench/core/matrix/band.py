@@ -4,7 +4,7 @@ import numpy as np
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import count, index, locate, scratch, value
-from mpmbench.core.compiled import kernel, lean, vector
+from mpmbench.core.compiled import compiled, lean, vector
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.particles import Particles
 
@@ -76,7 +76,7 @@ def assemble_band(phi, x, m, band):
     return widest
 
 
-@kernel
+@compiled
 def band_product(band, a):
     """Product of the symmetric band with each column of `a`."""
     out = np.zeros_like(a)

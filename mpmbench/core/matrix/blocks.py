@@ -7,7 +7,7 @@ from scipy.linalg.lapack import dgbtrf, dgbtrs, dpbtrf, dpbtrs
 from scipy.sparse import bsr_array, csr_array, diags_array
 from scipy.sparse.linalg import splu
 
-from mpmbench.core.compiled import kernel
+from mpmbench.core.compiled import compiled
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.matrix.pattern import Pattern
 
@@ -129,7 +129,7 @@ def singular(pattern: Pattern, row: int, dim: int) -> str:
     )
 
 
-@kernel
+@compiled
 def fill_band(start, column, blocks, left_out, mirror, diagonal, band):
     """Write the band as LAPACK takes it, transposed: ``band[j, diagonal + i - j] = K_ij``.
 
@@ -156,7 +156,7 @@ def fill_band(start, column, blocks, left_out, mirror, diagonal, band):
             band[i, diagonal] = 1.0
 
 
-@kernel
+@compiled
 def product(start, column, blocks, lower, u):
     """Scalar blocks times vectors: ``out_r = sum_c M_rc u_c``, shapes (blocks,) and (A, dim)."""
     out = np.zeros_like(u)

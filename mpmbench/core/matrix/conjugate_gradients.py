@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mpmbench.core.compiled import kernel, lean
+from mpmbench.core.compiled import compiled, lean
 
 # Of the residual, relative to the right-hand side, in the norm of the preconditioner.
 TOLERANCE = 1e-13
@@ -50,7 +50,7 @@ def solve_upper(columns, values, diagonal, free, s, t, rest):
             rest[i, d] = s[i, d] - diagonal_i * t[i, d]
 
 
-@kernel
+@compiled
 def conjugate_gradients(columns, values, diagonal, free, rhs, out, r, t, w, s):
     """Solve ``M out = rhs`` on the free components, given `out` on the others.
 

@@ -7,7 +7,7 @@ import numpy as np
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.choices import Choices
-from mpmbench.core.compiled import kernel
+from mpmbench.core.compiled import compiled
 from mpmbench.core.matrix.band import BandMass, assemble_band
 from mpmbench.core.matrix.mass_checks import refuse_too_few_particles, refuse_unseen_patterns
 from mpmbench.core.matrix.sparse import DirectMass, SparseMass
@@ -85,7 +85,7 @@ class LumpedMass:
         divide(self.m_i, self.threshold, self.fixed, rhs, out)
 
 
-@kernel
+@compiled
 def divide(m_i, threshold, fixed, rhs, out):
     """``out = rhs / m_i`` on free components with mass."""
     for i in range(rhs.shape[0]):

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from mpmbench.core.compiled import kernel
+from mpmbench.core.compiled import compiled
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def _pattern(
     return Pattern(active, row, start, column, slot, int(band), lower)
 
 
-@kernel
+@compiled
 def mark_used(size, index, used):
     """Set `used`, shape (N,), at the nodes that some point sees."""
     for p in range(size.shape[0]):
@@ -105,7 +105,7 @@ def mark_used(size, index, used):
             used[index[p, k]] = True
 
 
-@kernel
+@compiled
 def points_of_rows(size, index, row, rows):
     """The points of each row, ``member[first[r] : first[r + 1]]``, as ``p K + k``."""
     first = np.zeros(rows + 2, np.int64)
@@ -123,7 +123,7 @@ def points_of_rows(size, index, row, rows):
     return first, member
 
 
-@kernel
+@compiled
 def connect(size, index, row, first, member, lower, start, column, write):
     """Count the blocks of each row in ``start[r + 1]``, or write their sorted columns."""
     seen = np.full(start.shape[0], -1, np.int64)
@@ -144,7 +144,7 @@ def connect(size, index, row, first, member, lower, start, column, write):
             start[r + 1] = found
 
 
-@kernel
+@compiled
 def find_slots(size, index, row, first, member, lower, start, column, slot):
     """Fill `slot`; returns the largest distance of a block from the diagonal."""
     place = np.full(start.shape[0], -1, np.int64)

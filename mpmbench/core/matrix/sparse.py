@@ -14,13 +14,13 @@ from scipy.sparse.linalg import SuperLU, splu
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.grid.product import GridBasis
 from mpmbench.core.bases.handle import Stencils, count, index, locate, place, scratch, value
-from mpmbench.core.compiled import kernel, vector
+from mpmbench.core.compiled import compiled, vector
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.matrix.conjugate_gradients import conjugate_gradients, matrix_product
 from mpmbench.core.particles import Particles
 
 
-@kernel
+@compiled
 def assemble_rows(phi, x, m, columns, values):
     """``values[i, place] = sum_p m_p phi_i phi_j``; returns False when a pair has no place."""
     work, grad_phi = scratch(phi), vector(phi.axes)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mpmbench.core.bases.handle import count, index, locate, scratch, spread, value
-from mpmbench.core.compiled import kernel, lean, matrix, threads, vector
+from mpmbench.core.compiled import compiled, lean, matrix, threads, vector
 from mpmbench.core.compiled.rows import add_multiple, lanes_for
 
 
@@ -91,7 +91,7 @@ def add_cell(phi, at, lanes, cell, sums, touched):
             cell[k, c] = 0.0
 
 
-@kernel
+@compiled
 def collect(parts, touched, m_i, q_i, f_i):
     """Add up the parts in their order, and set them back to zero."""
     dim = q_i.shape[1]

@@ -8,7 +8,7 @@ import pytest
 from mpmbench import case
 from mpmbench.contracts.materials import typical
 from mpmbench.core import registry
-from mpmbench.core.compiled import has_version, kernel
+from mpmbench.core.compiled import compiled, has_version
 from mpmbench.core.implicit.newton import Equations
 from mpmbench.core.implicit.step import prepare
 from mpmbench.core.loads import external_force
@@ -32,12 +32,12 @@ TANGENT = [
 REGIONS = {ELASTIC, PLANE, COMPRESSION_EDGE, EXTENSION_EDGE, APEX}
 
 
-@kernel
+@compiled
 def evaluate(law, axes, increment, F, old, state, tau, moduli):  # type: ignore[no-untyped-def]
     kirchhoff_stress(law, axes, increment, F, old, state, tau, moduli)
 
 
-@kernel
+@compiled
 def explicit_stress(law, axes, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
     cauchy_stress(law, axes, F, L, dt, state, sigma)
 
@@ -102,7 +102,7 @@ def test_both_stresses_agree(name: str, dim: int) -> None:
     assert np.allclose(old, state, rtol=1e-12, atol=1e-14)
 
 
-@kernel
+@compiled
 def return_of(law, trial, tau, moduli):  # type: ignore[no-untyped-def]
     return return_map(law, trial, tau, moduli)
 

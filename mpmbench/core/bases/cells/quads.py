@@ -12,13 +12,13 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from mpmbench.core.bases import StoredBasis
 from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.compiled import kernel, matrix
+from mpmbench.core.compiled import compiled, matrix
 from mpmbench.core.compiled.algebra import determinant, inverse, transform_rows
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box
 
 
-@kernel
+@compiled
 def shape_functions(axes, xi, phi, derivative):
     """Values and derivatives by xi of the 2^dim linear functions at points xi in [0, 1]^dim.
 
@@ -38,7 +38,7 @@ def shape_functions(axes, xi, phi, derivative):
                         derivative[p, k, d] *= xi[p, e] if bit else 1.0 - xi[p, e]
 
 
-@kernel
+@compiled
 def push_gradients(axes, nodes, index, derivative, grad_phi):
     """Gradients by x from those by xi: ``J^-T dphi/dxi`` with ``J = sum_i x_i (x) dphi_i/dxi``.
 
@@ -144,7 +144,7 @@ class MovingQuads(MovingCells):
         super().move(displacement)
 
 
-@kernel
+@compiled
 def invert_map(axes, corners, point):
     """Parametric coordinates of `point` in the cell with these corners, shape (2^dim, dim)."""
     dim, n = len(axes), corners.shape[0]

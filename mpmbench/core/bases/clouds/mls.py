@@ -18,7 +18,7 @@ from mpmbench.core.bases import BasisSettings, Promises
 from mpmbench.core.bases.clouds.cloud import CloudBasis
 from mpmbench.core.bases.radial import GAUSSIAN, QUARTIC_SPLINE, WEIGHTS
 from mpmbench.core.choices import Choices
-from mpmbench.core.compiled import kernel
+from mpmbench.core.compiled import compiled
 from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
@@ -102,7 +102,7 @@ class MovingLeastSquares(BasisSettings):
         return CloudBasis(geometry.points, particles, radius, least, fill)
 
 
-@kernel
+@compiled
 def weigh(kind, effective, q):
     """Weight and its derivative by ``q = r / R``, 0 <= q; both vanish beyond q = 1."""
     if q >= 1.0:
@@ -124,7 +124,7 @@ def weigh(kind, effective, q):
     return 4.0 / 3.0 * (1.0 - t) ** 3, -4.0 * (1.0 - t) * (1.0 - t) * scale
 
 
-@kernel
+@compiled
 def polynomials_at(degree, xi, P, dP):
     """Monomials up to the degree at xi, to P, shape (m,), and derivatives to dP, shape (m, dim)."""
     dim = xi.shape[0]
@@ -143,7 +143,7 @@ def polynomials_at(degree, xi, P, dP):
                 row += 1
 
 
-@kernel
+@compiled
 def cholesky(M):
     """Factorise M in place (lower half); returns the smallest pivot over its diagonal entry."""
     smallest = np.inf
@@ -163,7 +163,7 @@ def cholesky(M):
     return smallest
 
 
-@kernel
+@compiled
 def substitute(M, b):
     """Solve with the factor of `cholesky`, in place."""
     m = M.shape[0]
@@ -177,7 +177,7 @@ def substitute(M, b):
         b[i] /= M[i, i]
 
 
-@kernel
+@compiled
 def expand(recipe, clouds, p, P, dP, W, dW, M):
     """Polynomials and weights of the nodes around point `p`, their derivatives by x, and M."""
     dim, m = clouds.x.shape[1], recipe.polynomials
@@ -201,7 +201,7 @@ def expand(recipe, clouds, p, P, dP, W, dW, M):
                 M[a, b] += P[k, a] * P[k, b] * W[k]
 
 
-@kernel
+@compiled
 def fill_points(recipe, clouds, points, strict, stored, failed):
     """Functions and full gradients (weights included) at some points, in the shape of `Fill`.
 

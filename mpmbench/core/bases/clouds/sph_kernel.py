@@ -16,7 +16,7 @@ from mpmbench.core.bases import BasisSettings, Promises
 from mpmbench.core.bases.clouds.cloud import CloudBasis
 from mpmbench.core.bases.radial import cubic_spline
 from mpmbench.core.choices import Choices
-from mpmbench.core.compiled import inlined, kernel
+from mpmbench.core.compiled import compiled, inlined
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
@@ -68,7 +68,7 @@ def spline(square, radius, dim):
     return scale * value, scale * slope / (radius * radius)
 
 
-@kernel
+@compiled
 def fill_points(radius, volume, clouds, points, strict, stored, failed):
     """Values and gradients at some points, in the shape of `Fill`; no point fails."""
     dim = clouds.x.shape[1]
@@ -87,7 +87,7 @@ def fill_points(radius, volume, clouds, points, strict, stored, failed):
                 stored.grad_phi[p, k, d] = volume * slope * difference
 
 
-@kernel
+@compiled
 def pair_gradients(radius, x, i, j):
     """Gradients of ``W_ij`` at x_i [1/m^(dim + 1)] for pairs of particles, shape (n, dim)."""
     gradient = np.zeros((len(i), x.shape[1]))

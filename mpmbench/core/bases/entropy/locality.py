@@ -14,7 +14,7 @@ import numpy as np
 
 from mpmbench.core.bases.clouds.search import Buckets, cell_along, cell_of
 from mpmbench.core.bases.entropy.priors import Formulation
-from mpmbench.core.compiled import kernel, lean, matrix, vector
+from mpmbench.core.compiled import compiled, lean, matrix, vector
 from mpmbench.core.compiled.algebra import determinant, inverse
 from mpmbench.core.compiled.exponentials import whole_lanes
 
@@ -62,7 +62,7 @@ class Work(NamedTuple):
     e: np.ndarray  # exp(-lambda . dx_i)
 
 
-@kernel
+@compiled
 def allocate(axes, most):
     """Working memory for points with at most so many candidates."""
     width = whole_lanes(most + 1)
@@ -79,7 +79,7 @@ def allocate(axes, most):
     )
 
 
-@kernel
+@compiled
 def make_work(cloud):
     """Room for the longest list of candidates; for all nodes where a search visits many cells."""
     most = cloud.nodes.shape[0] if cloud.metric.growth.shape[0] > 0 else 1
@@ -98,7 +98,7 @@ def pad(axes, found, work):
             work.dx[d, k] = 0.0
 
 
-@kernel
+@compiled
 def convect(axes, F, volume, metric):
     """Fill `metric` with S = F, shape (n, dim, dim), or with ``S = J^(1/dim) I`` by `volume`."""
     pull = matrix(axes, axes)

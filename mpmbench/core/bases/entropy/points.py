@@ -15,7 +15,7 @@ from mpmbench.core.bases.entropy.solve import (
     finish,
     newton,
 )
-from mpmbench.core.compiled import kernel, lean, matrix, vector
+from mpmbench.core.compiled import compiled, lean, matrix, vector
 
 # How far, relative to the support, the gradient of a point on the hull is taken inside it.
 INWARDS = 2.0**-23
@@ -171,7 +171,7 @@ def evaluate_clouds(form, radius, clouds, points, strict, work, stored, failed):
         )
 
 
-@kernel
+@compiled
 def fill_points(form, radius, clouds, points, strict, stored, failed):
     """The same, in the shape that `CloudBasis` asks for."""
     work = allocate(form.axes, clouds.near.shape[1])

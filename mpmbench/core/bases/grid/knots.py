@@ -6,10 +6,10 @@ last along an axis count degree + 1 times; `shape` holds the numbers of function
 
 import numpy as np
 
-from mpmbench.core.compiled import kernel
+from mpmbench.core.compiled import compiled
 
 
-@kernel
+@compiled
 def tabulate(breaks, shape, coefficients, inverse_width, nodes):
     """Fill in what follows from the knots; returns the first axis along which they cross, else -1.
 
@@ -35,7 +35,7 @@ def tabulate(breaks, shape, coefficients, inverse_width, nodes):
     return -1
 
 
-@kernel
+@compiled
 def polynomials(breaks, degree, coefficients, inverse_width):
     """Polynomials of open B-splines on each span, by Cox and de Boor (Wobbes 2020, section 6.2).
 
@@ -68,7 +68,7 @@ def polynomials(breaks, degree, coefficients, inverse_width):
                 coefficients[s, k, a] = polynomial[a, k]
 
 
-@kernel
+@compiled
 def advect(breaks, shape, coefficients, displacement):
     """Advect the knots by displacements of the nodes [m]: ``xi_j += sum_i phi_i(xi_j) dx_i``.
 

@@ -22,7 +22,7 @@ from mpmbench.core.bases.handle import (
     spread,
     value,
 )
-from mpmbench.core.compiled import implements, inlined, kernel, matrix
+from mpmbench.core.compiled import compiled, implements, inlined, matrix
 from mpmbench.core.compiled.rows import add_multiple, lanes_for, set_multiple
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box
@@ -228,7 +228,7 @@ ANSWERS: dict[Callable[..., Any], Callable[..., Any]] = {
 }
 
 
-@kernel
+@compiled
 def first_outside(x, lower, upper):
     """Number of the first point outside the box (or not a number), -1 if there is none."""
     for p in range(x.shape[0]):
@@ -238,7 +238,7 @@ def first_outside(x, lower, upper):
     return -1
 
 
-@kernel
+@compiled
 def count_crossings(grid, x, cells):
     """Number of points in another cell than `cells` says, shape (n,); brings `cells` up to date."""
     work = scratch(grid)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from mpmbench.core.compiled import implements, kernel, matrix, vector
+from mpmbench.core.compiled import compiled, implements, matrix, vector
 from mpmbench.core.materials import energy_density, kirchhoff_stress
 from mpmbench.core.materials.elastic import elastic_stress
 from mpmbench.core.materials.isotropic import IsotropicElastic, Lame
@@ -38,7 +38,7 @@ class HenckyElastic(IsotropicElastic):
     constants: ClassVar[type[Lame]] = HenckyLaw
 
 
-@kernel
+@compiled
 def _principal(law, axes, F, strain, tau, vectors):
     """Principal strains, stresses and axes of ``b = F F^T``."""
     b = matrix(THREE, THREE)

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mpmbench.core.compiled import fallback, kernel, matrix, vector
+from mpmbench.core.compiled import compiled, fallback, matrix, vector
 from mpmbench.core.compiled.algebra import determinant
 from mpmbench.core.materials import cauchy_stress, energy_density, kirchhoff_stress
 from mpmbench.core.materials.isotropic import IsotropicElastic
@@ -66,7 +66,7 @@ class Plastic(IsotropicElastic):
         return state
 
 
-@kernel
+@compiled
 def elastic_b(state, b):
     """Elastic left Cauchy-Green tensor, shape (3, 3), from the history."""
     b[0, 0], b[1, 1], b[2, 2] = 1.0 + state[0], 1.0 + state[1], 1.0 + state[2]
@@ -74,7 +74,7 @@ def elastic_b(state, b):
     b[1, 0], b[2, 0], b[2, 1] = state[3], state[4], state[5]
 
 
-@kernel
+@compiled
 def commit(law, strain, tau, vectors, b, plastic, state):
     """Write the history: b_e of the trial state or the returned stress, and plastic strain."""
     if plastic:
@@ -92,7 +92,7 @@ def commit(law, strain, tau, vectors, b, plastic, state):
     state[3], state[4], state[5] = b[0, 1], b[0, 2], b[1, 2]
 
 
-@kernel
+@compiled
 def update(law, axes, increment, old, state, strain, tau, vectors, moduli):
     """Write principal trial strains, stresses, axes and moduli, and the new history."""
     b, trial = matrix(THREE, THREE), vector(THREE)

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from mpmbench.core.compiled import implements, kernel, matrix, vector
+from mpmbench.core.compiled import compiled, implements, matrix, vector
 from mpmbench.core.errors import require
 from mpmbench.core.materials.plastic import Plastic, return_map
 from mpmbench.core.materials.principal import THREE, principal_moduli
@@ -68,13 +68,13 @@ class MohrCoulomb(Plastic):
         return MohrCoulombLaw(*self.lame_parameters(), k, m, 2.0 * self.cohesion * math.sqrt(k))
 
 
-@kernel
+@compiled
 def yield_function(law, tau):
     """``k tau_1 - tau_3 - s`` [Pa]; positive outside."""
     return law.friction * tau[0] - tau[2] - law.strength
 
 
-@kernel
+@compiled
 def _pull_back(D, A, B, count, excess, tau, moduli):
     """Return along ``D B`` to where the `count` planes with normals in the columns of A meet.
 
