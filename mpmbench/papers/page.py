@@ -10,7 +10,7 @@ from mpmbench.papers.find import find
 from mpmbench.papers.kit import Campaigns, Chapter, Paper, read_campaigns
 from mpmbench.report import style, tables
 from mpmbench.report.claims import HOLDS, UNDECIDED, MissingRuns, claims_table
-from mpmbench.report.page import Writer, facts, template
+from mpmbench.report.page import Picture, Writer, facts, template
 from mpmbench.report.series import studies
 from mpmbench.report.tables import Table
 
@@ -53,18 +53,7 @@ def build(name: str, results: Path = Path("results"), output: Path | None = None
         writer.table(verdicts)
     with style.applied():
         chapters = [_chapter(make, campaigns) for make in paper.chapters]
-        pictures = {
-            chapter.name: [
-                writer.picture(one.name, one.title, one.caption, one.content)
-                for one in chapter.drawings
-            ]
-            for chapter in chapters
-        }
-    for chapter in chapters:
-        for animation in chapter.animations:
-            writer.data(f"figures/{animation.name}.gif", animation.content)
-        for table in chapter.tables:
-            writer.table(table)
+        pictures = {chapter.name: _written(writer, chapter) for chapter in chapters}
     lists = {experiment: list(_runs(campaigns, experiment)) for experiment in campaigns}
     for group in lists.values():
         for table in group:
@@ -84,6 +73,17 @@ def build(name: str, results: Path = Path("results"), output: Path | None = None
     page = writer.text("index.html", html)
     writer.finish()
     return page
+
+
+def _written(writer: Writer, chapter: Chapter) -> list[Picture]:
+    """Write what a chapter has; its pictures, as the page takes them."""
+    for animation in chapter.animations:
+        writer.data(f"figures/{animation.name}.gif", animation.content)
+    for table in chapter.tables:
+        writer.table(table)
+    return [
+        writer.picture(one.name, one.title, one.caption, one.content) for one in chapter.drawings
+    ]
 
 
 def _chapter(make: Any, campaigns: Campaigns) -> Chapter:

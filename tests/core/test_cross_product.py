@@ -36,7 +36,7 @@ def attempt(problem: str, method: str, basis: str) -> str:
     """Status of a few steps on a coarse grid, or why the cell does not apply."""
     try:
         config = configuration(problem, method, basis)
-        case.check(config)
+        case.read(config)
     except (NotApplicable, BadSetting) as reason:
         return f"not applicable: {reason}"
     result = case.solve(config)
@@ -66,7 +66,7 @@ def test_every_cell_is_accepted_or_refused_with_a_reason() -> None:
         if reason:
             continue
         try:
-            case.check(config)
+            case.read(config)
         except (NotApplicable, BadSetting) as refusal:
             assert len(str(refusal)) > 20, cell
 
