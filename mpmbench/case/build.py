@@ -13,6 +13,7 @@ from mpmbench.core.particles import Particles
 from mpmbench.core.simulation import Body, Solution, build_state, simulate
 from mpmbench.core.stability import stability_limit
 from mpmbench.core.state import State
+from mpmbench.problems import Problem
 
 Progress = Callable[[float, float], None]
 
@@ -33,11 +34,12 @@ def build(case: Case) -> State:
         fixed=problem.fixed,
         velocity=lambda x: problem.velocity(x, material),
         loads=problem.loads(material),
+        initial_acceleration=problem.initial_acceleration,
         displacement=problem.initial_displacement(material),
     )
     state = build_state(body, case.basis, material, case.choices)
     state.observe, state.samples = problem.observe, problem.samples
-    state.start = problem.start
+    state.start = problem.start if type(problem).start is not Problem.start else None
     return state
 
 

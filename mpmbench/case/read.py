@@ -16,6 +16,7 @@ from mpmbench.core.loops import TimeLoop, find_loop
 from mpmbench.core.materials import Material
 from mpmbench.core.moved import complete
 from mpmbench.core.particles import particle_data
+from mpmbench.core.setting import declared
 from mpmbench.core.transfer import find_transfer
 from mpmbench.problems import Problem
 
@@ -72,6 +73,11 @@ def read(config: Config) -> Case:
     case.basis.check(choices, problem.touches_fixed_nodes)
     if choices.moving and not case.basis.promises.moves:
         raise NotApplicable(f"basis={case.basis_name} has nodes that cannot move")
+    if choices.moving and problem.bends and not case.basis.promises.bends:
+        raise NotApplicable(
+            f"basis={case.basis_name} on moving nodes keeps lines along the axes straight, and "
+            f"{config['problem']['name']} bends or turns them"
+        )
     needs = choices.stress
     if needs is not None and not has_version(needs, type(case.material.law)):
         name = config["material"]["name"]
@@ -85,7 +91,25 @@ def read(config: Config) -> Case:
         raise NotApplicable(
             f"basis={case.basis_name} needs a grid, and {config['problem']['name']} has free nodes"
         )
+    if choices.particles_are_nodes:
+        _refuse_other_particles(case)
     return case
+
+
+def _refuse_other_particles(case: Case) -> None:
+    """Refuse particles that are not the nodes."""
+    nodes = case.problem.nodes(case.resolution, case.choices).points
+    X, _ = case.problem.seed(case.resolution, case.particles_per_cell)
+    if X.shape == nodes.shape and np.allclose(X, nodes, rtol=0.0, atol=1e-9 * np.ptp(nodes)):
+        return
+    layouts = declared(type(case.problem)).get("particle_layout")
+    remedy = ""
+    if layouts is not None and "nodes" in (layouts.options or ()):
+        remedy = ": set problem.particle_layout=nodes"
+    raise NotApplicable(
+        f"method={case.choices.name} has no nodes of its own: its {len(X)} particles must be the "
+        f"{len(nodes)} nodes{remedy}"
+    )
 
 
 def plugin(kind: str, settings: Mapping[str, Any]) -> Any:

@@ -42,7 +42,7 @@ class Choices(Settings):
 
     # What holds for a loop without a setting of this name; the others have a field instead.
     mass = "lumped"  # mass matrix, or consistent
-    mass_cutoff = 1e-6  # degrees of freedom with less than this many particle masses are left out
+    mass_cutoff = 1e-6  # nodes with less than this many particle masses follow their neighbours
     transfer = "flip"  # of velocities between particles and nodes, by its name
     traction = "end_point"  # where a point load acts, or last_particle
     dirichlet = "direct"  # boundary points are held by their nodes

@@ -100,8 +100,19 @@ def reaction_work(s: "State", dt: float) -> float:
     if s.loads.prescribed_motion is None:
         return 0.0
     n = s.nodes
-    reaction = s.mass.multiply(n.a) - n.f
+    reaction = s.mass.light_nodes.gather(s.mass.multiply(n.a) - n.f)
     return dt * float(np.sum((reaction * n.v)[s.fixed]))
+
+
+def rise_of_traction(s: "State", dt: float, before: np.ndarray) -> float:
+    """What point loads do in a step beyond the work of their values at its start, by the trapezoidal rule [J].
+
+    `before` are the places of the loaded points at the start of the step [m], shape (n, dim).
+    """
+    if s.loads.traction is None:
+        return 0.0
+    rise = s.loads.traction(s.time + dt) - s.loads.traction(s.time)
+    return 0.5 * float(np.sum(rise * (s.particles.x[s.traction_particle] - before)))
 
 
 def work_of_loads(s: "State", before: np.ndarray, moved: np.ndarray, dt: float) -> float:

@@ -8,6 +8,8 @@ import numpy as np
 from mpmbench.core.errors import require, require_option
 from mpmbench.core.geometry import Box, tensor_points
 
+# Nodal mass [kg] where points see a node but give it nothing: not zero, and of no weight anywhere.
+SEEN = 1e-300
 # Names that a run's result and snapshots have for themselves.
 RESULT_NAMES = (
     *("time", "x", "v", "F", "sigma", "V", "state"),
@@ -55,7 +57,7 @@ def particle_data(*owners: object) -> dict[str, ParticleData]:
 
 
 # The arrays of `Particles` that are updated in every step, as compiled loops take them.
-ParticleArrays = namedtuple("ParticleArrays", "x v F L sigma V0 V m state")
+ParticleArrays = namedtuple("ParticleArrays", "x v F L sigma V0 V m state a")
 
 
 @dataclass
@@ -85,7 +87,8 @@ class Particles:
     tracers : int
         Number of massless points at the end of all arrays.
     a : ndarray
-        Accelerations [m/s^2], shape (P, dim), which implicit methods need for their next step.
+        Accelerations [m/s^2], shape (P, dim), which implicit methods need for their next step;
+        others write them when `State.keep_accelerations` asks for it.
     data : dict of ndarray
         What the transfer, the material and the basis keep besides, shapes (P, ...), by name.
     declared : dict of ParticleData

@@ -42,6 +42,8 @@ class Body:
     velocity : callable
         ``velocity(x)`` is the initial velocity field [m/s], shape (n, dim).
     loads : Loads
+    initial_acceleration : {"balance", "zero"}
+        What the loop starts with: ``M a(0) = f(0)``, or accelerations of the particles as they are.
     displacement : callable or None
         ``displacement(x_i)`` moves the nodes of a body that is deformed from the start [m], shape
         (N, dim); `fixed`, `velocity` and `loads` are asked about the places before that.
@@ -52,6 +54,7 @@ class Body:
     fixed: Callable[[np.ndarray], np.ndarray]
     velocity: Callable[[np.ndarray], np.ndarray]
     loads: Loads = field(default_factory=Loads)
+    initial_acceleration: str = "balance"
     displacement: Callable[[np.ndarray], np.ndarray] | None = None
 
 
@@ -112,6 +115,7 @@ def build_state(body: Body, basis: BasisSettings, material: Material, choices: T
     if body.loads.traction is not None:
         state.traction_particle = loaded_points(p, len(body.loads.traction(0.0)), choices.traction)
     state.initial_nodes, state.geometry = reference, body.geometry
+    state.balanced = body.initial_acceleration == "balance"
     state.nodes.v[:] = body.velocity(reference)
     if state.transfer.velocity_on_nodes or state.transfer.particle_data:
         functions.locate(p.x)
@@ -160,8 +164,9 @@ def simulate(
                 dt = min(adaptive(state), end_time - state.time)
                 solution.time_step = dt
             state.time_step = dt
-            if solution.steps == 0 and state.start is not None:
-                state.start(state, dt)
+            if solution.steps == 0:
+                begin(state, dt)
+            watch.before_step(dt)
             start = perf_counter()
             state.choices.step(state, dt)
             solution.steps += 1
@@ -183,8 +188,18 @@ def simulate(
     return solution
 
 
+def begin(s: State, dt: float) -> None:
+    """Bring velocities and accelerations to where the loop keeps them, when its first step is known."""
+    if s.start is not None:
+        s.start(s, dt)
+    elif s.balanced:
+        s.choices.start(s, dt)
+
+
 def guard(s: State) -> None:
     """End a run that has gone wrong.
+
+    Points without mass end nothing: those that have left the nodes are put back.
 
     Raises
     ------
@@ -194,22 +209,43 @@ def guard(s: State) -> None:
         When a volume is not positive or a particle is outside the basis.
     """
     p = s.particles
+    solid = p.material
     bad = first_bad_volume(p.V, p.V0)
     if bad >= 0:
         if not np.isfinite(p.V[bad]):
             raise Diverged(f"the volume of particle {bad} is not finite")
-        raise BrokeDown(f"particle {bad} has the volume {p.V[bad]:.3g}, which is not positive")
+        raise BrokeDown(
+            f"particle {bad} has the volume {p.V[bad]:.3g}, which is not positive"
+            f"{s.choices.circumstances(s)}"
+        )
     for name, array in p.data.items():
-        if not np.isfinite(array).all():
+        if not np.isfinite(array[solid]).all():
             bad = int(np.argmin(np.isfinite(array).reshape(len(array), -1).all(axis=1)))
             raise Diverged(f"{name} of particle {bad} is not finite")
-    bad = s.basis.first_outside(p.x)
+    bad = s.basis.first_outside(p.x[solid])
     if bad >= 0:
         if not np.isfinite(p.x[bad]).all():
             raise Diverged(f"the position of particle {bad} is not finite")
         raise BrokeDown(
             f"particle {bad} at {p.x[bad]} m has lost its basis: it left the nodes' domain"
+            f"{s.choices.circumstances(s)}"
         )
+    if p.tracers and s.basis.first_outside(p.x[solid.stop :]) >= 0:
+        put_back(s)
+
+
+def put_back(s: State) -> None:
+    """Put massless points outside the nodes on the way to their nearest particles, just inside."""
+    p = s.particles
+    for t in range(p.material.stop, len(p.x)):
+        near = p.x[np.argmin(np.linalg.norm(p.X[p.material] - p.X[t], axis=1))]
+        if not np.isfinite(p.x[t]).all():
+            p.x[t] = near
+        way = p.x[t] - near
+        for fraction in (1.0, 0.5, 0.25, 0.125, 0.0):
+            p.x[t] = near + fraction * way
+            if s.basis.first_outside(p.x[t : t + 1]) < 0:
+                break
 
 
 class Watch:
@@ -234,10 +270,20 @@ class Watch:
         if isinstance(s.basis, GridBasis) and not s.choices.moving:
             self.solution.cell_crossings += count_crossings(s.basis.handle, p.x, self.cells)
 
-    def sample(self) -> None:
-        """Add one instant to the history, and end a run whose energy has grown out of nothing."""
+    def before_step(self, dt: float) -> None:
+        """Have the accelerations kept, if a sample is due after the step."""
+        due = min(self.next_sample, self.end_time) * (1.0 - 1e-12)
+        self.state.keep_accelerations = self.state.time + dt >= due
+
+    def sample(self, lag: float = 0.0) -> None:
+        """Add one instant to the history, and end a run whose energy has grown out of nothing.
+
+        Energies belong to the instant of the positions: velocities that are `lag` [s] behind it
+        are brought there by the accelerations of the last step. Momenta are those of the
+        velocities as they are, which a leapfrog scheme conserves exactly.
+        """
         s, p, history = self.state, self.state.particles, self.solution.history
-        kinetic = kinetic_energy(p.m, p.v)
+        kinetic = kinetic_energy(p.m, p.v + lag * p.a if lag > 0.0 else p.v)
         strain = strain_energy(s.law, s.axes, p.F, p.state, p.V0)
         momentum = p.m @ p.v
         arm, velocity = np.zeros((len(p.x), 3)), np.zeros((len(p.x), 3))
@@ -262,7 +308,8 @@ class Watch:
             raise Diverged("the energy is not finite")
         if s.material.conserves_energy and allowed > 0.0 and kinetic + strain > allowed:
             raise Diverged(
-                f"the energy has grown to {kinetic + strain:.3g} J, {ENERGY_GROWTH:g} times what was put in"
+                f"the energy has grown to {kinetic + strain:.3g} J, {ENERGY_GROWTH:g} times what "
+                f"was put in{s.choices.circumstances(s)}"
             )
 
     def snapshot(self) -> None:
@@ -278,7 +325,7 @@ class Watch:
         self.sampled = last or time >= self.next_sample
         self.count_crossings()
         if self.sampled:
-            self.sample()
+            self.sample(self.state.choices.velocity_lag * dt)
             self.next_sample = time + self.end_time / self.state.samples
         while self.pending and time >= self.pending[0] - 0.5 * dt:
             self.snapshot()

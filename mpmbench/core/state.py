@@ -92,6 +92,10 @@ class State:
     start : callable or None
         ``start(state, dt)`` changes velocities, which live half a step before positions, when the
         first step is known.
+    balanced : bool
+        Without a `start`, the loop starts with the acceleration that balances the loads at t = 0.
+    keep_accelerations : bool
+        The next step writes ``particles.a``: energies will be asked for at its end.
     samples : int
         History is kept at about this many instants.
     law : NamedTuple
@@ -124,6 +128,8 @@ class State:
     records: dict[str, list[Any]] = field(default_factory=dict)
     observe: Callable[["State"], dict[str, Any]] | None = None
     start: Callable[["State", float], None] | None = None
+    balanced: bool = False
+    keep_accelerations: bool = False
     samples: int = 200
     law: Any = field(init=False)
     axes: tuple[float, ...] = field(init=False)

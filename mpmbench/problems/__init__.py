@@ -36,12 +36,19 @@ class Problem(Settings):
         Number of instants at which history is kept.
     touches_fixed_nodes : bool
         The fixed nodes are not the body's: it meets them on its way.
+    bends : bool
+        Lines of material along the axes do not stay straight and parallel.
+    initial_acceleration : str
+        ``balance``: the loop starts with ``M a(0) = f(0)``. Anything else: with the accelerations
+        that `prepare` has set, or none, and velocities at t = 0 are taken for those at -dt/2.
     """
 
     dimension: ClassVar[int]
     reference_length: ClassVar[float]
     samples: ClassVar[int] = 200
     touches_fixed_nodes: ClassVar[bool] = False
+    bends: ClassVar[bool] = False
+    initial_acceleration: ClassVar[str] = "balance"
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         """Raise `NotApplicable` when this combination cannot be run, `BadSetting` when a key is out of range."""

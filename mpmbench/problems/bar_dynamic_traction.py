@@ -51,6 +51,7 @@ class BarDynamicTraction(Problem):
     )
     dimension: ClassVar[int] = 1
     reference_length: ClassVar[float] = 1.0
+    initial_acceleration: ClassVar[str] = "zero"
 
     def check_together(self) -> None:
         cells = self.domain_cells

@@ -34,6 +34,7 @@ class BarFixedEnds(Problem):
     )
     dimension: ClassVar[int] = 1
     reference_length: ClassVar[float] = 1.0
+    initial_acceleration: ClassVar[str] = "zero"
 
     def check_together(self) -> None:
         v0 = self.velocity_amplitude

@@ -41,7 +41,7 @@ class CantileverDynamic(Problem):
     """
 
     gravity: float = setting(10.0, "weight per unit mass", unit="m/s2", above=0.0, below=1.0e4)
-    initial_acceleration: str = setting(
+    initial_acceleration: str = setting(  # type: ignore[misc]
         "zero", "of the particles, for Newmark's method", options=("zero", "gravity")
     )
     particle_layout: str = setting(
@@ -51,6 +51,7 @@ class CantileverDynamic(Problem):
     )
     dimension: ClassVar[int] = 2
     reference_length: ClassVar[float] = 4.0
+    bends: ClassVar[bool] = True
     height: ClassVar[float] = 1.0
     samples: ClassVar[int] = 1200
 

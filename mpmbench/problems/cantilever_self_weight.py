@@ -49,6 +49,8 @@ class CantileverSelfWeight(Problem):
     )
     dimension: ClassVar[int] = 2
     reference_length: ClassVar[float] = 8.0
+    bends: ClassVar[bool] = True
+    initial_acceleration: ClassVar[str] = "zero"
     height: ClassVar[float] = 1.0
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:

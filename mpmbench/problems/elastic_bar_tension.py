@@ -45,6 +45,7 @@ class ElasticBarTension(Problem):
     random_seed: int = 0
     dimension: ClassVar[int] = 1
     reference_length: ClassVar[float] = 0.1333
+    initial_acceleration: ClassVar[str] = "zero"
     samples: ClassVar[int] = 1000
 
     def check_together(self) -> None:
@@ -52,10 +53,6 @@ class ElasticBarTension(Problem):
         require(v0 != 0.0, "end_velocity", v0, "a number other than 0")
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
-        if choices.particles_are_nodes and self.particle_layout != "nodes":
-            raise NotApplicable(
-                "method=sph has no nodes of its own: set problem.particle_layout=nodes"
-            )
         if self.irregularity > 0.0 and not (choices.moving or choices.frozen):
             raise NotApplicable(
                 "irregular nodes are for methods whose nodes move with the material"

@@ -99,10 +99,6 @@ class IsothermalShock(Problem):
             raise NotApplicable(
                 f"method.time={choices.time}: the tangent of a viscous fluid is not there, only explicit is"
             )
-        if choices.particles_are_nodes and self.particle_layout != "nodes":
-            raise NotApplicable(
-                "method=sph has no nodes of its own: set problem.particle_layout=nodes"
-            )
 
     def check_particles(self, particles_per_cell: int) -> None:
         if self._layout == "barycentre":

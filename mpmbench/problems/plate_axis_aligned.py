@@ -39,6 +39,7 @@ class PlateAxisAligned(Problem):
     )
     dimension: ClassVar[int] = 2
     reference_length: ClassVar[float] = 1.0
+    initial_acceleration: ClassVar[str] = "zero"
 
     def check_together(self) -> None:
         A = self.displacement_amplitude

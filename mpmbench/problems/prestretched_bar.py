@@ -45,6 +45,7 @@ class PrestretchedBar(Problem):
     random_seed: int = 0
     dimension: ClassVar[int] = 1
     reference_length: ClassVar[float] = 40.0
+    initial_acceleration: ClassVar[str] = "zero"
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         if not isinstance(material, ElasticFluid):

@@ -65,6 +65,8 @@ class RollingDisk(Problem):
     )
     dimension: ClassVar[int] = 2
     reference_length: ClassVar[float] = 1.0
+    bends: ClassVar[bool] = True
+    initial_acceleration: ClassVar[str] = "zero"
     samples: ClassVar[int] = 1000
     touches_fixed_nodes: ClassVar[bool] = True
 

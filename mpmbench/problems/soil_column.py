@@ -44,7 +44,7 @@ class SoilColumn(Problem):
     gravity: float = setting(
         9.81, "weight per unit mass; acts from t = 0", unit="m/s2", above=0.0, below=1.0e4
     )
-    initial_acceleration: str = setting(
+    initial_acceleration: str = setting(  # type: ignore[misc]
         "zero", "of the particles, for Newmark's method", options=("zero", "gravity")
     )
     initial_stress: str = setting(
@@ -62,6 +62,7 @@ class SoilColumn(Problem):
     )
     dimension: ClassVar[int] = 2
     reference_length: ClassVar[float] = 4.0
+    bends: ClassVar[bool] = True
     height: ClassVar[float] = 2.0
     samples: ClassVar[int] = 1000
 

@@ -40,11 +40,14 @@ class Promises:
     gradient_on_hull : bool
         The gradient is finite and exact on the boundary of the convex hull.
     extrapolates : bool
-        Functions exist outside the nodes too; then no particle is ever lost.
+        Functions exist outside the nodes too; particles are lost only where the nodes are fixed.
     grid : bool
         Needs a `Box` (tensor products); otherwise any node set will do.
     moves : bool
         The nodes can move; otherwise methods with moving nodes are refused.
+    bends : bool
+        Nodes that move follow any motion, and not only one that keeps lines along the axes straight
+        and parallel.
     """
 
     dimensions: tuple[int, ...] = (1, 2, 3)
@@ -57,6 +60,7 @@ class Promises:
     extrapolates: bool = False
     grid: bool = False
     moves: bool = True
+    bends: bool = True
 
 
 class Basis:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mpmbench.core.errors import NotConverged
+from mpmbench.core.errors import BrokeDown, NotConverged
 from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.constraints import add_augmentation
 from mpmbench.core.implicit.ghost import add_ghost
@@ -64,6 +64,12 @@ class Equations:
             self.G = w.held.matrix(self.pattern, dim)
             wanted = s.loads.displacement(w.held.X, s.time + dt)
             self.wanted = wanted[w.held.point, w.held.component]
+
+    def hold_still(self) -> None:
+        """Let what is held make no step."""
+        self.prescribed[:] = 0.0
+        if self.w.held is not None:
+            self.wanted = self.w.held.u[self.w.held.point, self.w.held.component]
 
     def left(self, du: np.ndarray) -> np.ndarray:
         """Increments that the fixed components have yet to make [m], shape (A, dim)."""
@@ -130,7 +136,12 @@ class Equations:
 
     def correction(self, du: np.ndarray, residual: np.ndarray) -> np.ndarray:
         """``K^-1 r``, shape (N, dim); multipliers are brought up to date."""
-        solve = factorise(self.pattern, self.blocks, self.fixed, self.w.memory)
+        try:
+            solve = factorise(self.pattern, self.blocks, self.fixed, self.w.memory)
+        except BrokeDown as failure:
+            if self.s.choices.on_body or self.w.ghost is not None:
+                raise
+            raise BrokeDown(f"{failure} (method.ghost_stiffness > 0 helps)") from None
         left = self.left(du)
         right = residual[self.pattern.active].ravel()
         if left.any():

@@ -3,12 +3,15 @@
 import numpy as np
 
 from mpmbench.core.bases.handle import Stencils, fill
+from mpmbench.core.compiled import compiled
 from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.constraints import HeldPoints
 from mpmbench.core.implicit.ghost import ghost_of
 from mpmbench.core.implicit.workspace import Workspace
+from mpmbench.core.loads import external_force
 from mpmbench.core.matrix.pattern import build_pattern
 from mpmbench.core.state import State
+from mpmbench.core.transfer.sums import p2g_mass
 
 
 def prepare(s: State) -> Workspace:
@@ -30,6 +33,8 @@ def prepare(s: State) -> Workspace:
         w.phi = s.basis.handle
     else:
         fill(s.basis.handle, p.x, w.phi.size, w.phi.index, w.phi.phi, w.phi.grad_phi)
+        if w.ghost_grid is None:
+            drop_zeros(w.phi.size, w.phi.index, w.phi.phi, w.phi.grad_phi)
     w.F[:], w.state[:] = p.F, p.state
     if w.ghost_grid is not None:
         w.ghost = w.ghost_grid.cells(w.phi)
@@ -57,6 +62,33 @@ def _stacked(above: np.ndarray, below: np.ndarray) -> np.ndarray:
     )
 
 
+@compiled
+def drop_zeros(size, index, phi, grad_phi):
+    """Leave out functions that vanish at a point with their gradients: on the corners of cells.
+
+    A node that only such points see would have neither stiffness nor mass.
+    """
+    for p in range(size.shape[0]):
+        kept = 0
+        for k in range(size[p]):
+            if phi[p, k] != 0.0 or np.any(grad_phi[p, k] != 0.0):
+                index[p, kept], phi[p, kept] = index[p, k], phi[p, k]
+                grad_phi[p, kept] = grad_phi[p, k]
+                kept += 1
+        size[p] = kept
+
+
+def apply_loads(s: State, w: Workspace, time: float) -> None:
+    """Write the external force at `time` [s]; at nodes that no particle holds it goes to neighbours."""
+    p, n = s.particles, s.nodes
+    external_force(s, w.phi, time, n.f_external)
+    if s.loads.traction is not None and not s.choices.on_body:
+        n.m[:] = 0.0
+        p2g_mass(w.phi, p.x, p.m, n.m)
+        s.mass.assemble(s.basis, p, n.m)
+        s.mass.light_nodes.gather(n.f_external)
+
+
 def convect(s: State, w: Workspace, du: np.ndarray) -> np.ndarray:
     """Move the particles in the converged state, and the nodes that belong to the material.
 
@@ -82,13 +114,14 @@ def convect(s: State, w: Workspace, du: np.ndarray) -> np.ndarray:
 
 
 def carry_tracers(s: State, w: Workspace, moved: np.ndarray) -> None:
-    """Let tracers with a node outside the system follow the deformation at the nearest particle."""
+    """Let massless points on a grid follow the deformation at the nearest particle.
+
+    At a free surface their own nodes are those that hardly any particle sees.
+    """
+    if s.choices.on_body:
+        return
     p = s.particles
-    assert w.pattern is not None
-    for t in range(len(p.x) - p.tracers, len(p.x)):
-        seen = w.phi.index[t, : w.phi.size[t]][np.abs(w.phi.phi[t, : w.phi.size[t]]) > 1e-12]
-        if np.all(w.pattern.row[seen] >= 0):
-            continue
+    for t in range(p.material.stop, len(p.x)):
         near = int(np.argmin(np.linalg.norm(p.x[p.material] - p.x[t], axis=1)))
         increment = w.F[near] @ np.linalg.inv(p.F[near])
         moved[t] = moved[near] + (increment - np.eye(p.dimension)) @ (p.x[t] - p.x[near])

@@ -31,11 +31,14 @@ class LoopPromises:
     order : float or None
         Order of the displacements of a vibrating plate with quadratic B-splines, where the loop
         knows it.
+    translation : bool
+        The same velocity everywhere strains nothing.
     """
 
     conserves: frozenset[str] = frozenset({"mass", "momentum"})
     affine: bool = False
     order: float | None = None
+    translation: bool = True
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,17 @@ class TimeLoop(Choices):
         NotApplicable
             With the reason.
         """
+
+    def start(self, s: "State", dt: float) -> None:
+        """Begin in balance, ``M a(0) = f(0)``: called before the first step, whose size `dt` [s] is.
+
+        Loops whose velocities lag bring them to ``v(0) - a(0) velocity_lag dt``; loops with
+        accelerations set these. By default nothing is done.
+        """
+
+    def circumstances(self, s: "State") -> str:
+        """What may have ended a run, to be added to the reason; often nothing."""
+        return ""
 
     def step(self, s: "State", dt: float) -> None:
         """Advance the state by one step of size `dt` [s]."""

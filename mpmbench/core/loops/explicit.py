@@ -14,7 +14,7 @@ import numpy as np
 from mpmbench.core.compiled import threads
 from mpmbench.core.compiled.rows import lanes_for
 from mpmbench.core.errors import NotApplicable
-from mpmbench.core.loads import constrain, external_force, reaction_work
+from mpmbench.core.loads import constrain, external_force, reaction_work, rise_of_traction
 from mpmbench.core.loops import LoopPromises, TimeLoop
 from mpmbench.core.materials import cauchy_stress
 from mpmbench.core.registry import register
@@ -45,7 +45,7 @@ class Explicit(TimeLoop):
     )
     mass_cutoff: float = setting(
         1e-6,
-        "degrees of freedom with less than this many particle masses are left out; 0: none",
+        "nodes with less than this many particle masses follow their neighbours; 0: only massless ones",
         unit="-",
         least=0.0,
         below=1.0,
@@ -90,6 +90,34 @@ class Explicit(TimeLoop):
                 order = transfer.order
         return LoopPromises(frozenset(kept), self.mass == "consistent" or transfer.affine, order)
 
+    def start(self, s: State, dt: float) -> None:
+        """Bring the velocities of particles and nodes to ``v(0) - a(0) dt/2``."""
+        p, n = s.particles, s.nodes
+        s.land()
+        s.basis.locate(p.x)
+        total_force(s)
+        s.mass.assemble(s.basis, p, n.m)
+        n.v_old[:] = n.v
+        constrain(s, dt)
+        n.a[s.fixed] = 2.0 / dt * (n.v - n.v_old)[s.fixed]  # to the mean velocity of the first step
+        s.mass.solve(n.f, n.a)
+        carry(s, -0.5 * dt, Update(True, False, False, False, flip=1.0))
+        np.subtract(n.v_old, 0.5 * dt * n.a, out=n.v)
+        s.transfer.start(s)
+
+    def circumstances(self, s: State) -> str:
+        """The lightest node that was accelerated, and what the time step can bear."""
+        lightest = s.mass.light_nodes.lightest / s.particles.m.max(initial=0.0)
+        if s.geometry is None or not np.isfinite(lightest):
+            return ""
+        lame, shear = s.material.lame_parameters()
+        speed_squared = (lame + 2.0 * shear) / s.material.density
+        bearable = speed_squared * (s.time_step / s.geometry.nodal_spacing) ** 2
+        return (
+            f"; the lightest node so far had {lightest:.1e} particle masses, and one much lighter "
+            f"than (c dt/h)^2 = {bearable:.1e} may be unstable"
+        )
+
     def check(self, case: Any) -> None:
         """Refuse what `check` below refuses, whatever the case."""
         check(self)
@@ -107,10 +135,8 @@ def step(s: State, dt: float) -> None:
     if choices.stress_update == "usf":
         project_velocity(s)
         update_particles(s, dt, strain=True)
-    s.sums(s.basis.handle, p.arrays, n.m, n.q, n.f_internal)  # Eqs. 17, 20, 21
+    total_force(s)  # and mass and momentum, Eqs. 17, 20, 21
     s.transfer.to_nodes(s, n.q)
-    external_force(s, s.basis.handle, s.time, n.f_external)
-    np.add(n.f_internal, n.f_external, out=n.f)
     s.mass.assemble(s.basis, p, n.m)  # Eqs. 19, 48, 90
 
     if s.transfer.velocity_on_nodes:
@@ -125,6 +151,7 @@ def step(s: State, dt: float) -> None:
     s.mass.solve(n.f, n.a)  # Eqs. 22, 93
     np.add(n.v_old, np.multiply(n.a, dt, out=n.v), out=n.v)  # Eqs. 24, 51, 94
     s.external_work += dt * float(np.vdot(n.f_external, n.v)) + reaction_work(s, dt)
+    loaded = p.x[s.traction_particle]
 
     if choices.stress_update == "usl":
         update_particles(
@@ -138,28 +165,37 @@ def step(s: State, dt: float) -> None:
             update_particles(s, dt, strain=True)
             n.v[:] = n.v_old
         update_particles(s, dt, position=True)  # Eq. 26
+    s.external_work += rise_of_traction(s, dt, loaded)
     if choices.moving and not choices.frozen:
         s.basis.move(np.multiply(n.v, dt, out=n.q))  # Eqs. 51, 95
     s.time += dt
+
+
+def total_force(s: State) -> None:
+    """Sum mass, momentum and forces on the nodes, with the loads of this instant."""
+    n = s.nodes
+    s.sums(s.basis.handle, s.particles.arrays, n.m, n.q, n.f_internal)
+    external_force(s, s.basis.handle, s.time, n.f_external)
+    np.add(n.f_internal, n.f_external, out=n.f)
 
 
 def update_particles(
     s: State, dt: float, velocity: bool = False, strain: bool = False, position: bool = False
 ) -> None:
     """Carry nodal velocities to the particles; what the transfer takes itself comes before positions."""
+    flip, keep = s.transfer.flip_weight(s.choices), velocity and s.keep_accelerations
     if velocity and s.transfer.takes_more:
-        carry(s, dt, velocity, strain, False)
+        carry(s, dt, Update(velocity, strain, False, keep, flip))
         s.transfer.to_particles(s, dt)
-        velocity = strain = False
+        velocity = strain = keep = False
     if velocity or strain or position:
-        carry(s, dt, velocity, strain, position)
+        carry(s, dt, Update(velocity, strain, position, keep, flip))
 
 
-def carry(s: State, dt: float, velocity: bool, strain: bool, position: bool) -> None:
+def carry(s: State, dt: float, update: Update) -> None:
     """Update all particles in their chunks (`g2p`)."""
     p, nodes = s.particles.arrays, s.nodes.arrays
     phi, lanes = s.basis.handle, lanes_for(2 * len(s.axes))
-    update = Update(velocity, strain, position, s.transfer.flip_weight(s.choices))
     s.cells = at_least(s.cells, phi.width)
 
     def part(c: int, start: int, stop: int) -> None:

@@ -11,9 +11,9 @@ import numpy as np
 from mpmbench.core.errors import require
 from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.newton import Equations, Inertia, equilibrate
-from mpmbench.core.implicit.step import convect, prepare, reaction
+from mpmbench.core.implicit.step import apply_loads, convect, prepare, reaction
 from mpmbench.core.implicit.workspace import Workspace
-from mpmbench.core.loads import body_force, external_force, work_of_loads
+from mpmbench.core.loads import body_force, work_of_loads
 from mpmbench.core.loops.implicit import ImplicitLoop
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
@@ -52,6 +52,31 @@ class Newmark(ImplicitLoop):
             "at least newmark_velocity / 2 (stability)",
         )
 
+    def start(self, s: State, dt: float) -> None:
+        """Accelerations from ``M a = f`` at t = 0, unless the particles come with theirs."""
+        p, n = s.particles, s.nodes
+        w = prepare(s)
+        n.m[:] = 0.0
+        p2g_mass(w.phi, p.x, p.m, n.m)
+        if p.a.any():
+            n.a[:] = projected(s, w, p.a)
+            return
+        apply_loads(s, w, s.time)
+        equations = Equations(s, w, n.f_external, dt, inertia=None)
+        at_rest = np.zeros_like(n.a)
+        force = equations.residual(at_rest)
+        assert force is not None  # nothing has moved yet
+        if self.on_body:
+            mass = mass_blocks(s, w, self.mass)
+            equations.hold_still()
+            equations.blocks[:] = mass[:, None, None] * np.eye(p.dimension)
+            n.a[:] = equations.correction(at_rest, force)
+        else:  # as particles are projected in every step
+            s.mass.assemble(s.basis, p, n.m)
+            n.a[:] = 0.0
+            s.mass.solve(force, n.a)
+        assembly.interpolate(w.phi, n.a, p.a)
+
     def one_step(self, s: State, dt: float) -> None:
         """Advance the state by one step of size `dt` [s]."""
         p, n = s.particles, s.nodes
@@ -64,7 +89,7 @@ class Newmark(ImplicitLoop):
         if not self.moving:
             n.v_old[:], n.a[:] = projected(s, w, p.v), projected(s, w, p.a)  # Eqs. 40, 41
         else:
-            if s.time == 0.0:
+            if s.time == 0.0 and not s.balanced:
                 n.a[:] = projected(s, w, p.a)
             n.v_old[:] = n.v
         a_old = n.a.copy()
@@ -72,7 +97,7 @@ class Newmark(ImplicitLoop):
         inertia = Inertia(1.0 / (displacement * dt * dt), start, mass)
 
         before = body_force(s, s.time).copy()
-        external_force(s, w.phi, s.time + dt, n.f_external)
+        apply_loads(s, w, s.time + dt)
         equations = Equations(s, w, n.f_external, dt, inertia)
         du, residual = equilibrate(s, equations)
 

@@ -16,7 +16,7 @@ from mpmbench.core.bases.clouds.sph_kernel import KernelBasis, SmoothedKernel, p
 from mpmbench.core.compiled import lean, matrix
 from mpmbench.core.errors import BrokeDown, Diverged, NotApplicable
 from mpmbench.core.loads import body_force, constrain
-from mpmbench.core.loops import TimeLoop
+from mpmbench.core.loops import LoopPromises, TimeLoop
 from mpmbench.core.materials import cauchy_stress
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
@@ -40,6 +40,13 @@ class SmoothedParticles(TimeLoop):
     stress: ClassVar[Any] = staticmethod(cauchy_stress)
     particles_are_nodes: ClassVar[bool] = True
 
+    @property
+    def promises(self) -> LoopPromises:
+        """Plain derivatives of a constant do not vanish near a surface, and no force has its counterpart."""
+        if self.derivatives == "plain":
+            return LoopPromises(frozenset({"mass"}), translation=False)
+        return LoopPromises()
+
     def check(self, case: Any) -> None:
         """Refuse other functions, and choices that SPH does not have."""
         for key, value, wanted in (
@@ -56,11 +63,18 @@ class SmoothedParticles(TimeLoop):
         if not isinstance(case.basis, SmoothedKernel):
             raise NotApplicable(f"method=sph needs basis=sph_kernel, not basis={case.basis_name}")
 
-    def step(self, s: State, dt: float) -> None:
-        """Advance the state by one step of size `dt` [s]."""
+    def start(self, s: State, dt: float) -> None:
+        """Bring velocities to ``v(0) - a(0) dt/2``."""
+        p = s.particles
+        a = self.accelerations(s)[0]
+        constrain(s, dt)
+        p.v[p.material] -= np.where(s.fixed, p.v[p.material] - s.nodes.v, 0.5 * dt * a)
+
+    def accelerations(self, s: State) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Accelerations [m/s^2], shape (N, dim), the pairs i, j, and the kernel's gradients at them."""
         p, radius = s.particles, support_radius(s)
         solid = p.material
-        x, v = p.x[solid], p.v[solid]
+        x = p.x[solid]
         if not np.isfinite(x).all():
             raise Diverged("a position is not finite")
         if s.workspace is None:  # tracers go with the nearest particle
@@ -81,18 +95,29 @@ class SmoothedParticles(TimeLoop):
             a = V / m * (scatter(push[1], i, len(x)) - scatter(push[0], j, len(x)))
         if s.loads.body_force is not None:
             a += body_force(s, s.time)[solid]
+        return a, i, j, gradient
+
+    def step(self, s: State, dt: float) -> None:
+        """Advance the state by one step of size `dt` [s]."""
+        p = s.particles
+        solid, symmetric = p.material, self.derivatives == "symmetric"
+        a, i, j, gradient = self.accelerations(s)
+        v, V = p.v[solid], p.V[solid, None]
         constrain(s, dt)
+        p.a[solid] = np.where(s.fixed, (s.nodes.v - v) / dt, a)
         v[:] = np.where(s.fixed, s.nodes.v, v + dt * a)
 
         by_i, by_j = (v[j] - v[i], v[i] - v[j]) if symmetric else (v[j], v[i])
-        L = scatter(np.einsum("na,nb->nab", V[j] * by_i, gradient), i, len(x))
-        L -= scatter(np.einsum("na,nb->nab", V[i] * by_j, gradient), j, len(x))
+        L = scatter(np.einsum("na,nb->nab", V[j] * by_i, gradient), i, len(v))
+        L -= scatter(np.einsum("na,nb->nab", V[i] * by_j, gradient), j, len(v))
         p.F[solid] += dt * L @ p.F[solid]
         if len(p.L):
             p.L[solid] = L
         p.V[solid] = p.V0[solid] * np.linalg.det(p.F[solid])
         p.v[solid.stop :] = v[s.workspace]
         p.x += dt * p.v
+        if s.loads.body_force is not None:
+            s.external_work += dt * float(np.sum(p.m[:, None] * p.b * p.v))
         s.nodes.v[:] = v
         s.basis.move(dt * v)
         if p.V[solid].min() > 0.0:  # the guard ends the run otherwise

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from mpmbench.core.implicit.newton import Equations, equilibrate
-from mpmbench.core.implicit.step import convect, prepare, reaction
-from mpmbench.core.loads import body_force, external_force, work_of_loads
+from mpmbench.core.implicit.step import apply_loads, convect, prepare, reaction
+from mpmbench.core.loads import body_force, work_of_loads
 from mpmbench.core.loops.implicit import ImplicitLoop
 from mpmbench.core.registry import register
 from mpmbench.core.state import State
@@ -27,7 +27,7 @@ class Static(ImplicitLoop):
         """Find equilibrium with the loads at ``time + dt``."""
         w = prepare(s)
         before = body_force(s, s.time).copy()
-        external_force(s, w.phi, s.time + dt, s.nodes.f_external)
+        apply_loads(s, w, s.time + dt)
         equations = Equations(s, w, s.nodes.f_external, dt, inertia=None)
         du, residual = equilibrate(s, equations)
         moved = convect(s, w, du)

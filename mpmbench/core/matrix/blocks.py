@@ -125,7 +125,7 @@ def singular(pattern: Pattern, row: int, dim: int) -> str:
     """What to tell the user about a pivot that is zero."""
     return (
         f"singular tangent matrix at node {pattern.active[row // dim]}, component {row % dim}: "
-        "too few particles hold it (method.ghost_stiffness > 0 helps on grids)"
+        "too few particles hold it"
     )
 
 

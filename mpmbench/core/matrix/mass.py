@@ -9,6 +9,7 @@ from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import compiled
 from mpmbench.core.matrix.band import BandMass, assemble_band
+from mpmbench.core.matrix.light import LightNodes
 from mpmbench.core.matrix.mass_checks import refuse_too_few_particles, refuse_unseen_patterns
 from mpmbench.core.matrix.sparse import DirectMass, SparseMass
 from mpmbench.core.particles import Particles
@@ -22,10 +23,12 @@ class Mass(Protocol):
     """A mass matrix that is assembled in every step and solved a few times.
 
     `fixed`, shape (N, dim), marks constrained components: their rows and columns leave the system,
-    one component at a time. Degrees of freedom with a mass below `threshold` [kg] are left out too:
+    one component at a time. Light nodes leave it too and follow their neighbours (`LightNodes`):
     near-empty cells otherwise break a consistent mass (the last active function is seen by one
-    particle near the edge of its support).
+    particle near the edge of its support), and are thrown about by forces with a lumped one.
     """
+
+    light_nodes: LightNodes
 
     def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
         """Sum the matrix over the particles, whose row sums `m_i`, shape (N,), are known.
@@ -46,49 +49,49 @@ class Mass(Protocol):
         ...
 
 
-def mass_threshold(p: Particles, cutoff: float) -> float:
-    """Nodal mass [kg] below which a node is left out: `cutoff` masses of the first particle."""
-    return cutoff * float(p.m[0])
-
-
 def make_mass(choices: Choices, fixed: np.ndarray, basis: Basis, p: Particles) -> Mass:
     """The mass matrix that the method asks for, with the solver that its size asks for."""
-    threshold = mass_threshold(p, choices.mass_cutoff)
+    light_nodes = LightNodes(choices.mass_cutoff, fixed)
     # implicit loops sum a consistent mass into their tangent
     if choices.mass == "lumped" or choices.implicit:
-        return LumpedMass(fixed, threshold)
+        return LumpedMass(fixed, light_nodes)
     basis.locate(p.x)
     if choices.moving and isinstance(basis.handle, Stencils):
         refuse_unseen_patterns(basis, p, fixed)
     if assemble_band(basis.handle, p.x, p.m, np.zeros((len(fixed), 1))) <= WIDEST_BAND:
         refuse_too_few_particles(basis, p, fixed)
-        return BandMass(fixed, threshold)
+        return BandMass(fixed, light_nodes)
     if basis.constant_values and len(basis.nodes) <= DIRECT_NODES:
-        return DirectMass(fixed, threshold)
-    return SparseMass(fixed, threshold)
+        return DirectMass(fixed, light_nodes)
+    return SparseMass(fixed, light_nodes)
 
 
 class LumpedMass:
     """Row-sum lumped mass (Wobbes 2020, Eq. 17)."""
 
-    def __init__(self, fixed: np.ndarray, threshold: float) -> None:
-        self.fixed, self.threshold = fixed, threshold
+    def __init__(self, fixed: np.ndarray, light_nodes: LightNodes) -> None:
+        self.fixed, self.light_nodes = fixed, light_nodes
         self.m_i = np.zeros(len(fixed))
+        self._system = self.m_i
+        self._force = np.zeros(fixed.shape)
 
     def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
-        self.m_i = m_i
+        self.m_i = self._system = m_i
+        if self.light_nodes.find(basis, p, m_i, m_i):
+            self._system = self.light_nodes.gather(m_i.copy())
 
     def multiply(self, a: np.ndarray) -> np.ndarray:
         return self.m_i[:, None] * a
 
     def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
-        divide(self.m_i, self.threshold, self.fixed, rhs, out)
+        divide(self._system, self.fixed, self.light_nodes.gathered(rhs, self._force), out)
+        self.light_nodes.scatter(out)
 
 
 @compiled
-def divide(m_i, threshold, fixed, rhs, out):
+def divide(m_i, fixed, rhs, out):
     """``out = rhs / m_i`` on free components with mass."""
     for i in range(rhs.shape[0]):
         for d in range(rhs.shape[1]):
             if not fixed[i, d]:
-                out[i, d] = rhs[i, d] / m_i[i] if m_i[i] > threshold else 0.0
+                out[i, d] = rhs[i, d] / m_i[i] if m_i[i] > 0.0 else 0.0

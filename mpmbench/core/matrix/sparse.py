@@ -5,10 +5,10 @@ unused places hold 0. On tensor grids the place of a pair in its row depends onl
 functions, so assembly is plain arithmetic; elsewhere it is searched for.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.sparse import csc_array, csr_array, eye_array
+from scipy.sparse import csc_array, csr_array, diags_array, eye_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from mpmbench.core.bases import Basis
@@ -17,6 +17,7 @@ from mpmbench.core.bases.handle import Stencils, count, index, locate, place, sc
 from mpmbench.core.compiled import compiled, vector
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.matrix.conjugate_gradients import conjugate_gradients, matrix_product
+from mpmbench.core.matrix.light import LightNodes
 from mpmbench.core.particles import Particles
 
 
@@ -44,17 +45,26 @@ def assemble_rows(phi, x, m, columns, values):
     return True
 
 
+class Rows(NamedTuple):
+    """A matrix in rows of equal width, as above."""
+
+    columns: np.ndarray
+    values: np.ndarray
+    diagonal: np.ndarray
+
+
 class SparseMass:
     """``M_ij = sum_p m_p phi_i phi_j`` (Wobbes 2020, Eqs. 19, 48, 90) by conjugate gradients."""
 
-    def __init__(self, fixed: np.ndarray, threshold: float) -> None:
-        self.fixed, self.threshold = fixed, threshold
+    def __init__(self, fixed: np.ndarray, light_nodes: LightNodes) -> None:
+        self.fixed, self.light_nodes = fixed, light_nodes
         self.free = ~fixed
         self.active = np.ones(len(fixed), dtype=np.bool_)
+        self.system: Rows
         self.columns = np.zeros((len(fixed), 0), dtype=np.int64)
         self.values = np.zeros((len(fixed), 0))
         self.diagonal = np.zeros(len(fixed), dtype=np.int64)
-        self._work = [np.zeros(fixed.shape) for _ in range(4)]
+        self._force, *self._work = (np.zeros(fixed.shape) for _ in range(5))
 
     def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
         if not self.columns.shape[1] or not assemble_rows(
@@ -64,7 +74,11 @@ class SparseMass:
             self.values = np.zeros(self.columns.shape)
             assemble_rows(basis.handle, p.x, p.m, self.columns, self.values)
         mass = self.values[np.arange(len(self.fixed)), self.diagonal]
-        self.active = mass > self.threshold
+        self.active = mass > 0.0
+        self.system = Rows(self.columns, self.values, self.diagonal)
+        if self.light_nodes.find(basis, p, m_i, mass):
+            self.active &= ~self.light_nodes.light
+            self.system = condensed(self.system, self.light_nodes)
         np.logical_and(~self.fixed, self.active[:, None], out=self.free)
         unknowns = int(self.free.sum(axis=0).max())
         if unknowns > len(p.x) - p.tracers:
@@ -75,9 +89,10 @@ class SparseMass:
 
     def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
         out[~self.fixed & ~self.active[:, None]] = 0.0
-        arrays = self.columns, self.values, self.diagonal, self.free
-        if conjugate_gradients(*arrays, rhs, out, *self._work) < 0:
+        force = self.light_nodes.gathered(rhs, self._force)
+        if conjugate_gradients(*self.system, self.free, force, out, *self._work) < 0:
             raise BrokeDown("singular consistent mass matrix: conjugate gradients do not converge")
+        self.light_nodes.scatter(out)
 
     def multiply(self, a: np.ndarray) -> np.ndarray:
         out = np.zeros_like(a)
@@ -88,8 +103,8 @@ class SparseMass:
 class DirectMass(SparseMass):
     """A mass matrix of functions that do not change at the particles, factorised once."""
 
-    def __init__(self, fixed: np.ndarray, threshold: float) -> None:
-        super().__init__(fixed, threshold)
+    def __init__(self, fixed: np.ndarray, light_nodes: LightNodes) -> None:
+        super().__init__(fixed, light_nodes)
         self._factors: list[SuperLU] = []
         self._coupling: list[csr_array] = []
 
@@ -97,10 +112,7 @@ class DirectMass(SparseMass):
         if self._factors:
             return
         super().assemble(basis, p, m_i)
-        n, width = self.columns.shape
-        entries = self.values.ravel(), self.columns.ravel(), np.arange(0, n * width + 1, width)
-        matrix = csr_array(entries, shape=(n, n), copy=True)
-        matrix.eliminate_zeros()
+        matrix = compressed(self.system)
         for d in range(self.fixed.shape[1]):
             free = self.free[:, d]
             if d > 0 and np.array_equal(free, self.free[:, d - 1]):
@@ -115,9 +127,42 @@ class DirectMass(SparseMass):
 
     def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
         out[~self.fixed & ~self.active[:, None]] = 0.0
+        force = self.light_nodes.gathered(rhs, self._force)
         for d, factor in enumerate(self._factors):
             free = self.free[:, d]
-            out[free, d] = factor.solve(rhs[free, d] - self._coupling[d] @ out[~free, d])
+            out[free, d] = factor.solve(force[free, d] - self._coupling[d] @ out[~free, d])
+        self.light_nodes.scatter(out)
+
+
+def compressed(rows: Rows) -> csr_array:
+    """The same matrix without its unused places."""
+    n, width = rows.columns.shape
+    entries = rows.values.ravel(), rows.columns.ravel(), np.arange(0, n * width + 1, width)
+    matrix = csr_array(entries, shape=(n, n), copy=True)
+    matrix.eliminate_zeros()
+    return matrix
+
+
+def condensed(rows: Rows, pairs: LightNodes) -> Rows:
+    """``T^T M T``; rows of light nodes, and of those without mass, become those of the identity."""
+    n = len(rows.columns)
+    follow = csr_array((pairs.weight, (pairs.node, pairs.neighbour)), shape=(n, n))
+    T = csr_array(diags_array(1.0 - pairs.light) + follow)
+    matrix = T.T @ compressed(rows) @ T
+    return padded(csr_array(matrix + diags_array((matrix.diagonal() == 0.0).astype(float))))
+
+
+def padded(matrix: csr_array) -> Rows:
+    """A matrix whose diagonal is stored, in rows of equal width."""
+    n = matrix.shape[0]
+    matrix.sort_indices()
+    length = np.diff(matrix.indptr)
+    place_in_row = np.arange(matrix.nnz) - np.repeat(matrix.indptr[:-1], length)
+    row = np.repeat(np.arange(n), length)
+    columns = np.full((n, int(length.max())), n - 1, dtype=np.int64)
+    values = np.zeros(columns.shape)
+    columns[row, place_in_row], values[row, place_in_row] = matrix.indices, matrix.data
+    return Rows(columns, values, place_in_row[matrix.indices == row])
 
 
 def pattern(basis: Basis, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -133,14 +178,8 @@ def pattern(basis: Basis, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     used = np.arange(stored.width) < stored.size[:, None]
     first = np.concatenate([[0], np.cumsum(stored.size)])
     seen = csr_array((np.ones(first[-1]), stored.index[used], first), shape=(len(x), n))
-    pairs = csr_array(seen.T @ seen + eye_array(n))
-    pairs.sort_indices()
-    length = np.diff(pairs.indptr)
-    columns = np.full((n, int(length.max())), n - 1, dtype=np.int64)
-    place_in_row = np.arange(pairs.nnz) - np.repeat(pairs.indptr[:-1], length)
-    row = np.repeat(np.arange(n), length)
-    columns[row, place_in_row] = pairs.indices
-    return columns, place_in_row[pairs.indices == row]
+    pairs = padded(csr_array(seen.T @ seen + eye_array(n)))
+    return pairs.columns, pairs.diagonal
 
 
 def grid_pattern(grid: Any) -> tuple[np.ndarray, np.ndarray]:

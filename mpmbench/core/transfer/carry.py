@@ -14,6 +14,7 @@ class Update(NamedTuple):
     velocity: bool
     strain: bool
     position: bool
+    acceleration: bool
     flip: float
 
 
@@ -48,6 +49,8 @@ def g2p(phi, lanes, law, p, nodes, dt, update, cell, start, stop):
         for d in range(dim):
             if update.velocity:
                 v[j, d] = flip * (v[j, d] + dt * sums[0, dim + d]) + (1.0 - flip) * sums[0, d]
+            if update.acceleration:
+                p.a[j, d] = sums[0, dim + d]
             if update.position:
                 x[j, d] += dt * sums[0, d]
             for e in range(dim):

@@ -12,6 +12,7 @@ import numpy as np
 from mpmbench.core.bases.handle import count, index, locate, scratch, spread, value
 from mpmbench.core.compiled import compiled, lean, matrix, threads, vector
 from mpmbench.core.compiled.rows import add_multiple, lanes_for
+from mpmbench.core.particles import SEEN
 
 
 class NodalSums:
@@ -24,7 +25,7 @@ class NodalSums:
     """
 
     def __init__(self, nodes: int, particles: int, dimension: int) -> None:
-        self._lanes = lanes_for(1 + 2 * dimension)
+        self._lanes = lanes_for(2 + 2 * dimension)
         self._parts = np.zeros((len(threads.chunks(particles)), nodes, len(self._lanes)))
         self._touched = np.zeros((len(self._parts), 2), dtype=np.int64)
         self._cells = np.zeros((len(self._parts), 0, len(self._lanes)))
@@ -87,33 +88,42 @@ def add_cell(phi, at, lanes, cell, sums, touched):
         i = index(phi, at, k)
         touched[0], touched[1] = min(touched[0], i), max(touched[1], i + 1)
         add_multiple(lanes, sums, i, 1.0, cell, k)
+        sums[i, len(lanes) - 1] = 1.0  # a lane to spare: the node is seen
         for c in range(len(lanes)):
             cell[k, c] = 0.0
 
 
 @compiled
 def collect(parts, touched, m_i, q_i, f_i):
-    """Add up the parts in their order, and set them back to zero."""
+    """Add up the parts in their order, and set them back to zero; seen nodes have a mass."""
     dim = q_i.shape[1]
     m_i[:], q_i[:], f_i[:] = 0.0, 0.0, 0.0
     for c in range(parts.shape[0]):
         for i in range(touched[c, 0], touched[c, 1]):
             m_i[i] += parts[c, i, 0]
+            if m_i[i] == 0.0 and parts[c, i, parts.shape[2] - 1] > 0.0:
+                m_i[i] = SEEN
             for d in range(dim):
                 q_i[i, d] += parts[c, i, 1 + d]
                 f_i[i, d] += parts[c, i, 1 + dim + d]
-            for k in range(1 + 2 * dim):
+            for k in range(parts.shape[2]):
                 parts[c, i, k] = 0.0
 
 
 @lean
 def p2g_mass(phi, x, m, m_i):
-    """Add the row sums of the mass matrix: ``m_i += sum_p m_p phi_i(x_p)`` (Wobbes 2020, Eq. 17)."""
+    """Add the row sums of the mass matrix: ``m_i += sum_p m_p phi_i(x_p)`` (Wobbes 2020, Eq. 17).
+
+    Nodes that are seen without any mass get next to none, `SEEN`.
+    """
     work, grad_phi = scratch(phi), vector(phi.axes)
     for p in range(x.shape[0]):
         at = locate(phi, x, p, work)
         for k in range(count(phi, at)):
-            m_i[index(phi, at, k)] += m[p] * value(phi, at, k, work, grad_phi)
+            i = index(phi, at, k)
+            m_i[i] += m[p] * value(phi, at, k, work, grad_phi)
+            if m_i[i] == 0.0:
+                m_i[i] = SEEN
 
 
 @lean

@@ -15,6 +15,7 @@ from mpmbench.core.bases import StoredBasis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.errors import BadSetting, BrokeDown
 
+SLACK = 1e-12  # of the radius: so far outside the box of fixed nodes is round-off
 SPARE = 4  # nodes that are looked up beyond the largest cloud, for repairs
 # A radius that grows reaches beyond the last node, which would have no weight otherwise.
 BEYOND_LAST = 1.1
@@ -41,6 +42,9 @@ Fill = Callable[[Clouds, np.ndarray, bool, Stencils, np.ndarray], None]
 class CloudBasis(StoredBasis):
     """Functions of the nodes closer to a point than `radius` [m], but of at least `minimum_nodes`.
 
+    Points outside the box around the nodes are lost, unless these are `moving`: then end points sit
+    on the hull.
+
     Attributes
     ----------
     repaired : int
@@ -54,6 +58,7 @@ class CloudBasis(StoredBasis):
         radius: float,
         minimum_nodes: int,
         fill: Fill,
+        moving: bool,
     ) -> None:
         self.nodes = np.array(nodes, dtype=float)
         least = max(minimum_nodes, self.nodes.shape[1] + 1)
@@ -63,17 +68,24 @@ class CloudBasis(StoredBasis):
         self._fill_points = fill
         self._tree = cKDTree(self.nodes)
         self._width = min(len(self.nodes), max(minimum_nodes, 2 * self.nodes.shape[1]) + SPARE)
+        slack = np.inf if moving else SLACK * radius
+        self._lower, self._upper = self.nodes.min(axis=0) - slack, self.nodes.max(axis=0) + slack
         self.handle = Stencils.empty(particles, 1, self.nodes.shape[1])
         self.repaired = 0
 
+    def first_outside(self, x: np.ndarray) -> int:
+        inside = np.isfinite(x) & (self._lower <= x) & (x <= self._upper)
+        lost = np.flatnonzero(~inside.all(axis=1))
+        return int(lost[0]) if len(lost) else -1
+
     def move(self, displacement: np.ndarray) -> None:
         self.nodes += displacement
-        if (lost := self.first_outside(self.nodes)) >= 0:
+        if (lost := super().first_outside(self.nodes)) >= 0:
             raise BrokeDown(f"node {lost} has no finite position")
         self._tree = cKDTree(self.nodes)
 
     def _fill(self, x: np.ndarray, stored: Stencils) -> Stencils:
-        if (lost := self.first_outside(x)) >= 0:
+        if (lost := super().first_outside(x)) >= 0:
             raise BrokeDown(f"point {lost} has no finite position")
         x = np.ascontiguousarray(x)
         distance, near = self._nearest(x)

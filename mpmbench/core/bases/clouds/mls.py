@@ -99,7 +99,7 @@ class MovingLeastSquares(BasisSettings):
         recipe = Recipe(self.degree, polynomials, WEIGHTS[self.weight], self.effective_radius)
         least = max(self.minimum_nodes, polynomials)
         fill = partial(fill_points, recipe)
-        return CloudBasis(geometry.points, particles, radius, least, fill)
+        return CloudBasis(geometry.points, particles, radius, least, fill, moving)
 
 
 @compiled

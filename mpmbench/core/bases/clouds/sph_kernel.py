@@ -53,7 +53,7 @@ class SmoothedKernel(BasisSettings):
         spacing = geometry.nodal_spacing
         radius = REACH * self.smoothing_length * spacing
         fill = partial(fill_points, radius, spacing**geometry.dimension)
-        return KernelBasis(geometry.points, particles, radius, 1, fill)
+        return KernelBasis(geometry.points, particles, radius, 1, fill, moving)
 
 
 class KernelBasis(CloudBasis):

@@ -119,7 +119,7 @@ class LocalMaxEnt(EntropySettings):
         )
         if self.rim == "cut":
             fill = partial(fill_points, form, radius)
-            return CloudBasis(nodes, particles, radius, nodes.shape[1] + 1, fill)
+            return CloudBasis(nodes, particles, radius, nodes.shape[1] + 1, fill, moving)
         return EntropyBasis(
             nodes,
             particles,

@@ -20,7 +20,7 @@ class BSpline(BasisSettings):
     """
 
     degree: int = setting(2, "of the polynomials", unit="-", options=(1, 2, 3))
-    promises: ClassVar[Promises] = Promises(kronecker="hull", grid=True)
+    promises: ClassVar[Promises] = Promises(kronecker="hull", grid=True, bends=False)
     background_grid: ClassVar[bool] = True  # its cells can carry ghost stiffness
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> TensorSpline:
