@@ -19,6 +19,7 @@ def bar(cells: int = 8) -> Body:
         particles,
         fixed=lambda x: (x < 1e-12) | (x > 1.0 - 1e-12),
         velocity=lambda x: AMPLITUDE * np.sin(np.pi * x),
+        initial_acceleration="zero",  # as the problem says
     )
 
 

@@ -170,16 +170,19 @@ def gradient_jumps(case: BasisCase) -> Iterator[Finding]:
 
 @CHECKS.asks()
 def outside_is_noticed(case: BasisCase) -> Iterator[Finding]:
-    """A point outside the nodes, or nowhere, is reported, unless functions exist there too."""
+    """A point outside the nodes, or nowhere, is reported, unless functions exist there and nodes move."""
     basis, upper = case.build(), case.upper
     beyond = np.vstack([0.5 * upper, 1.5 * upper])
+    noticed = basis.first_outside(beyond) == 1
     try:
         basis.evaluate(beyond)
-        noticed = basis.first_outside(beyond) == 1  # bases that extrapolate leave it to the guard
+        exists = True
     except SolverFailure:
-        noticed = True
-    claim = "evaluation outside the nodes"
-    yield Finding.as_declared(not noticed, case.promises.extrapolates, claim, "at 1.5 x")
+        exists, noticed = False, True
+    extrapolates = case.promises.extrapolates
+    yield Finding.as_declared(exists, extrapolates, "evaluation outside the nodes", "at 1.5 x")
+    claim = "a particle outside goes unnoticed"
+    yield Finding.as_declared(not noticed, extrapolates and case.moved, claim, "at 1.5 x")
     found = basis.first_outside(np.vstack([0.5 * upper, np.full(case.dimension, np.nan)]))
     yield Finding(found == 1, f"first_outside says {found} where particle 1 is not a number")
 

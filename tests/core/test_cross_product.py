@@ -59,6 +59,18 @@ def test_cells_of_the_explicit_benchmarks(problem: str, method: str, basis: str)
     assert outcome == "ok: " if applies else outcome.startswith("not applicable: "), outcome
 
 
+@pytest.mark.parametrize(
+    ("problem", "method", "basis", "reason"),
+    (
+        ("bar_fixed_ends", "sph", "sph_kernel", "has no nodes of its own"),
+        ("elastic_bar_tension", "sph", "sph_kernel", "set problem.particle_layout=nodes"),
+        ("cantilever_dynamic", "unified", "bspline", "keeps lines along the axes straight"),
+    ),
+)
+def test_what_cannot_start_is_refused(problem: str, method: str, basis: str, reason: str) -> None:
+    assert reason in attempt(problem, method, basis)
+
+
 @pytest.mark.slow
 def test_every_cell_is_accepted_or_refused_with_a_reason() -> None:
     overrides = [[f"problem={p}", f"method={m}", f"basis={b}"] for p, m, b in EVERY]

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from mpmbench.case import solve
+from mpmbench.contracts import loops
 from mpmbench.core import registry
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.loops import Choices, explicit, find_loop
@@ -94,6 +95,18 @@ def test_loops_say_what_they_are() -> None:
         "evaluate": (0.0, False, False, False),
     }
     assert Choices().mass == "lumped"  # a loop without such a setting
+
+
+@pytest.mark.parametrize("derivatives", ("plain", "symmetric"))
+@pytest.mark.parametrize("dimension", (1, 2, 3))
+def test_contract_of_a_method_without_nodes(dimension: int, derivatives: str) -> None:
+    """What plain derivatives deny, exactness and momentum, really fails."""
+    choices = find_loop("sph")(nodes="moving", derivatives=derivatives)
+    case = loops.MethodCase(choices, dimension, basis="sph_kernel")
+    assert choices.promises.translation == (derivatives == "symmetric")
+    for name, check in loops.CHECKS.of(case).items():
+        finding = check(case)
+        assert finding.passed, f"{name}: {finding.text}"
 
 
 def test_nothing_compares_the_name_of_a_time_loop() -> None:

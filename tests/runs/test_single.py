@@ -158,12 +158,14 @@ def test_list_names_what_there_is(command, monkeypatch):
     monkeypatch.setattr(listing, "options", some)
     table = command("list", "bar_fixed_ends")
     assert table.code == 0
-    *keys, head, mpm, sph, first, second = table.out.splitlines()
-    reasons = [first, second]
+    *keys, head, mpm, sph, first, second, third = table.out.splitlines()
+    reasons = [first, second, third]
     assert ["problem.particle_layout:", "midpoint"] in [line.split()[:2] for line in keys]
     assert (head.split(), mpm.split(), sph.split()) == (
         [*few["basis"]],
         ["mpm", "yes", "-"],
-        ["sph", "-", "yes"],
+        ["sph", "-", "-"],
     )
-    assert [line.split(":")[0].strip() for line in reasons] == ["mpm, sph_kernel", "sph, maxent"]
+    pairs = [line.split(":")[0].strip() for line in reasons]
+    assert pairs == ["mpm, sph_kernel", "sph, maxent", "sph, sph_kernel"]
+    assert "its 372 particles must be the 32 nodes" in third
