@@ -37,6 +37,16 @@ def test_simple_wave_satisfies_the_equation_of_motion(t: float) -> None:
     )
 
 
+def test_energy_is_balanced_to_second_order() -> None:
+    """Kinetic energy, stored energy and the work of the load belong to one instant."""
+    coarse, fine = (
+        float(run("bar_dynamic_traction", "unified", "bspline", time_step=dt).energy_drift)
+        for dt in (2e-4, 1e-4)
+    )
+    assert fine < 2e-7
+    assert coarse / fine == pytest.approx(4.0, rel=0.05)
+
+
 @pytest.mark.parametrize("t", (0.4, 1.3, 2.6, 3.7))
 def test_linear_solution(t: float) -> None:
     """Wave equation, the fixed end, the loaded end, at all four stages of Eq. 103."""
