@@ -9,7 +9,7 @@ import pytest
 from mpmbench import case
 from mpmbench.analysis.convergence import fitted_order
 from mpmbench.core import registry
-from mpmbench.core.errors import NotApplicable
+from mpmbench.core.errors import BrokeDown, NotApplicable
 from mpmbench.core.loops.explicit import Explicit
 from mpmbench.core.simulation import Solution, simulate
 from mpmbench.core.state import State
@@ -104,6 +104,15 @@ def test_one_and_three_dimensions(basis: str, dimension: int) -> None:
         settings = {"motion": motion, "dimension": dimension, "particle_layout": "nodes"}
         found = block(choices, basis, BINARY, 0.3 if dimension == 1 else 0.1, 3, **settings)
         assert_exact(*found, **settings)
+
+
+def test_particles_are_counted_against_nodes_that_are_not_light() -> None:
+    """Wide functions reach 9 nodes from 8 particles; those on the outside follow, and the rest is regular."""
+    choices = Explicit(mass="consistent", mass_cutoff=STABLE)
+    settings = {"motion": "fall", "dimension": 1}
+    assert_exact(*block(choices, "lme", BINARY, 0.1, **settings), **settings)
+    with pytest.raises(BrokeDown, match="9 nodes and only 8 particles"):
+        block(Explicit(mass="consistent", mass_cutoff=0.0), "lme", BINARY, 0.1, **settings)
 
 
 PRESETS = [

@@ -7,6 +7,7 @@ translation, free fall and momentum stay exact, whatever is left out.
 """
 
 import numpy as np
+from scipy.sparse import csr_array, diags_array
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import count, index, locate, scratch, value
@@ -87,6 +88,12 @@ class LightNodes:
         self.lightest = min(self.lightest, mass[kept].min(initial=np.inf))
         self.weight = share / total[self.node]
         return len(key) > 0
+
+    def matrix(self) -> csr_array:
+        """T, shape (N, N)."""
+        n = len(self.light)
+        follow = csr_array((self.weight, (self.node, self.neighbour)), shape=(n, n))
+        return csr_array(diags_array(1.0 - self.light) + follow)
 
     def gathered(self, f: np.ndarray, room: np.ndarray) -> np.ndarray:
         """``T^T f`` in `room`, or `f` itself where no node is light."""

@@ -9,7 +9,7 @@ from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import compiled
 from mpmbench.core.matrix.band import BandMass, assemble_band
-from mpmbench.core.matrix.light import LightNodes
+from mpmbench.core.matrix.light import LightNodes, heaviest_seen
 from mpmbench.core.matrix.mass_checks import refuse_too_few_particles, refuse_unseen_patterns
 from mpmbench.core.matrix.sparse import DirectMass, SparseMass
 from mpmbench.core.particles import Particles
@@ -58,8 +58,11 @@ def make_mass(choices: Choices, fixed: np.ndarray, basis: Basis, p: Particles) -
     basis.locate(p.x)
     if choices.moving and isinstance(basis.handle, Stencils):
         refuse_unseen_patterns(basis, p, fixed)
-    if assemble_band(basis.handle, p.x, p.m, np.zeros((len(fixed), 1))) <= WIDEST_BAND:
-        refuse_too_few_particles(basis, p, fixed)
+    diagonal, seen = np.zeros((len(fixed), 1)), np.zeros(len(fixed))
+    if assemble_band(basis.handle, p.x, p.m, diagonal) <= WIDEST_BAND:
+        heaviest_seen(basis.handle, p.x, p.m, seen)
+        light_nodes.find(basis, p, seen, diagonal[:, 0])
+        refuse_too_few_particles(basis, p, fixed, light_nodes)
         return BandMass(fixed, light_nodes)
     if basis.constant_values and len(basis.nodes) <= DIRECT_NODES:
         return DirectMass(fixed, light_nodes)

@@ -8,6 +8,7 @@ from scipy.sparse.linalg import eigsh
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.errors import BrokeDown
+from mpmbench.core.matrix.light import LightNodes
 from mpmbench.core.particles import Particles
 
 # Of a mass matrix over its row sums; a zigzag that no particle sees has next to no mass.
@@ -18,11 +19,13 @@ DENSE_NODES = 400  # up to these a dense eigenvalue problem costs next to nothin
 SHIFT = -1e-4  # below the spectrum of a mass matrix over its row sums
 
 
-def refuse_too_few_particles(basis: Basis, p: Particles, fixed: np.ndarray) -> None:
+def refuse_too_few_particles(
+    basis: Basis, p: Particles, fixed: np.ndarray, light_nodes: LightNodes
+) -> None:
     """Refuse fewer particles than nodes where nodal values nearly vanish at all of them.
 
-    Held end nodes alone make such a matrix regular; its smallest eigenvalue still falls with the
-    square of the spacing.
+    Light nodes have no values of their own. Held end nodes alone make such a matrix regular; its
+    smallest eigenvalue still falls with the square of the spacing.
 
     Raises
     ------
@@ -32,6 +35,7 @@ def refuse_too_few_particles(basis: Basis, p: Particles, fixed: np.ndarray) -> N
     if particles >= len(basis.nodes):
         return
     seen = _sparse(basis.evaluate(p.x[p.material]), len(basis.nodes))
+    seen = csr_array(seen @ light_nodes.matrix())
     nodes = len(np.unique(seen.nonzero()[1]))
     active, _, matrix = scaled_mass(seen, p.m[p.material], fixed)
     if particles >= nodes or len(active) == 0:

@@ -145,9 +145,7 @@ def compressed(rows: Rows) -> csr_array:
 
 def condensed(rows: Rows, pairs: LightNodes) -> Rows:
     """``T^T M T``; rows of light nodes, and of those without mass, become those of the identity."""
-    n = len(rows.columns)
-    follow = csr_array((pairs.weight, (pairs.node, pairs.neighbour)), shape=(n, n))
-    T = csr_array(diags_array(1.0 - pairs.light) + follow)
+    T = pairs.matrix()
     matrix = T.T @ compressed(rows) @ T
     return padded(csr_array(matrix + diags_array((matrix.diagonal() == 0.0).astype(float))))
 
