@@ -209,7 +209,9 @@ def test_a_stressed_block_with_particles_on_nodes(
     assert solution.status == "ok", solution.reason
     p, history = state.particles, {k: np.array(v) for k, v in solution.history.items()}
     drift = np.abs(history["momentum"] - history["momentum"][0]).max()
-    assert drift < 1e-14 * np.sqrt(steps) * (p.m @ np.abs(p.v)).sum()
+    # conjugate gradients end at 1e-13, and this transfer takes all velocity from their solution
+    limit = 1e-12 if method == "otm" and mass == "consistent" else 1e-14
+    assert drift < limit * (p.m @ np.abs(p.v)).sum()
     energy = history["kinetic_energy"] + history["strain_energy"]
     moving = 0.5 * p.m.sum() * float(np.sum((0.1 * np.array([1.0, 0.5])) ** 2))
     assert (energy.max() - moving) < 1.3 * (energy[0] - moving)
