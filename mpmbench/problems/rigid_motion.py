@@ -104,12 +104,7 @@ class RigidMotion(Problem):
     # initial condition and loads
 
     def velocity(self, X: np.ndarray, material: Material) -> np.ndarray:
-        v = np.tile(self.velocity_amplitude * self._direction, (len(X), 1))
-        if self.motion == "rotation":
-            v[:] = 0.0
-            v[:, 0] = -self.angular_velocity * (X[:, 1] - 0.5)
-            v[:, 1] = self.angular_velocity * (X[:, 0] - 0.5)
-        return v + self.stretch * (X - 0.5)
+        return self._rigid(X, 0.0)["velocity"] + self.stretch * (X - 0.5)
 
     def loads(self, material: Material) -> Loads:
         if self.motion == "translation":
@@ -127,22 +122,19 @@ class RigidMotion(Problem):
     # exact solution
 
     def exact(self, X: np.ndarray, t: float, material: Material) -> Fields:
-        if self.stretch != 0.0:
-            return {}
-        stress = np.zeros((*X.shape, self.dimension))
+        return self._rigid(X, t) if self.stretch == 0.0 else {}
+
+    def _rigid(self, X: np.ndarray, t: float) -> Fields:
+        u, v = np.zeros_like(X), np.zeros_like(X)
         if self.motion == "rotation":
-            displacement, velocity = np.zeros_like(X), np.zeros_like(X)
             arm = self._turned(X, t)
-            displacement[:, :2] = arm - (X[:, :2] - 0.5)
-            velocity[:, :2] = self.angular_velocity * np.stack([-arm[:, 1], arm[:, 0]], axis=1)
-            return {"displacement": displacement, "velocity": velocity, "stress": stress}
-        g = self.gravity if self.motion == "fall" else 0.0
-        displacement = (self.velocity_amplitude * t + 0.5 * g * t**2) * self._direction
-        return {
-            "displacement": np.tile(displacement, (len(X), 1)),
-            "velocity": np.tile((self.velocity_amplitude + g * t) * self._direction, (len(X), 1)),
-            "stress": stress,
-        }
+            u[:, :2] = arm - (X[:, :2] - 0.5)
+            v[:, :2] = self.angular_velocity * np.stack([-arm[:, 1], arm[:, 0]], axis=1)
+        else:
+            v0, g = self.velocity_amplitude, self.gravity if self.motion == "fall" else 0.0
+            u[:] = (v0 * t + 0.5 * g * t**2) * self._direction
+            v[:] = (v0 + g * t) * self._direction
+        return {"displacement": u, "velocity": v, "stress": np.zeros((*X.shape, self.dimension))}
 
     def _turned(self, X: np.ndarray, t: float) -> np.ndarray:
         """Arms from the middle in the plane of the rotation [m], shape (n, 2)."""

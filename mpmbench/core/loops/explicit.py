@@ -106,9 +106,9 @@ class Explicit(TimeLoop):
         s.transfer.start(s)
 
     def circumstances(self, s: State) -> str:
-        """The lightest node that was accelerated, and what the time step can bear."""
+        """The lightest node of a grid that was accelerated, and what the time step can bear."""
         lightest = s.mass.light_nodes.lightest / s.particles.m.max(initial=0.0)
-        if s.geometry is None or not np.isfinite(lightest):
+        if self.on_body or s.geometry is None or not np.isfinite(lightest):
             return ""
         lame, shear = s.material.lame_parameters()
         speed_squared = (lame + 2.0 * shear) / s.material.density
