@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mpmbench.core.bases import StoredBasis
+from mpmbench.core.bases.grid.product import first_outside
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.errors import BadSetting, BrokeDown
 
@@ -68,15 +69,13 @@ class CloudBasis(StoredBasis):
         self._fill_points = fill
         self._tree = cKDTree(self.nodes)
         self._width = min(len(self.nodes), max(minimum_nodes, 2 * self.nodes.shape[1]) + SPARE)
-        slack = np.inf if moving else SLACK * radius
+        slack = np.finfo(float).max if moving else SLACK * radius
         self._lower, self._upper = self.nodes.min(axis=0) - slack, self.nodes.max(axis=0) + slack
         self.handle = Stencils.empty(particles, 1, self.nodes.shape[1])
         self.repaired = 0
 
     def first_outside(self, x: np.ndarray) -> int:
-        inside = np.isfinite(x) & (self._lower <= x) & (x <= self._upper)
-        lost = np.flatnonzero(~inside.all(axis=1))
-        return int(lost[0]) if len(lost) else -1
+        return int(first_outside(x, self._lower, self._upper))
 
     def move(self, displacement: np.ndarray) -> None:
         self.nodes += displacement
