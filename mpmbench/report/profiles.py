@@ -140,13 +140,7 @@ def particle_map(fields: list[Field]) -> Figure | None:
     if not fields:
         return None
     figure, axes_of = _panels(fields, height=1.45)
-    every = np.concatenate(
-        [field.stress if field.exact is None else field.exact for field in fields]
-    )
-    low, high = float(every.min()), float(every.max())
-    crossing_zero = low < 0 < high
-    if crossing_zero:
-        low, high = -max(-low, high), max(-low, high)
+    low, high, crossing_zero = _colour_range(fields)
     drawn: Any = None
     for field, axes in axes_of:
         slab = _slice(field.initial)
@@ -168,6 +162,21 @@ def particle_map(fields: list[Field]) -> Figure | None:
     figure.colorbar(drawn, ax=places, label=r"stress $\sigma_{11}$ [Pa]", **look)
     name_axes(figure, "position $x_1$ [m]", "position $x_2$ [m]")
     return figure
+
+
+def _colour_range(fields: list[Field]) -> tuple[float, float, bool]:
+    """Stresses of the two ends of the colours [Pa], the same for all panels, and whether 0 lies within.
+
+    They are those of the exact solution; where that is constant, those that were computed.
+    """
+    exact = np.concatenate([f.stress if f.exact is None else f.exact for f in fields])
+    every = exact if np.ptp(exact) else np.concatenate([field.stress for field in fields])
+    low, high = float(every.min()), float(every.max())
+    if low == high:
+        low, high = low - 1.0, high + 1.0
+    if not low < 0 < high:
+        return low, high, False
+    return -max(-low, high), max(-low, high), True
 
 
 def _slice(initial: np.ndarray) -> np.ndarray:

@@ -173,6 +173,26 @@ def test_plane_problem_has_a_line_and_a_map(tmp_path, write_run):
     assert "x_2" in chart.get_supylabel()
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-15])
+def test_maps_of_a_constant_exact_stress_share_their_colours(tmp_path, write_run, noise):
+    for resolution in (8, 16):
+        write_run(tmp_path, resolution=resolution, dimension=2, problem="plate_axis_aligned")
+    (study,) = studies(read_campaign(tmp_path))
+    points = np.random.default_rng(0).random((30, 2))
+    fields = [
+        profiles.Field(study.series[0], points, points, scale * points[:, 0], np.zeros(30))
+        for scale in (0.0, noise)
+    ]
+    with style.applied():
+        chart = profiles.particle_map(fields)
+    clouds = [axes.collections[0] for axes in chart.axes if "colorbar" not in axes.get_label()]
+    assert len({cloud.get_clim() for cloud in clouds}) == 1
+    for cloud in clouds:
+        low, high = cloud.get_clim()
+        assert low < high
+        assert np.all((cloud.get_array() >= low) & (cloud.get_array() <= high))
+
+
 @pytest.mark.parametrize("layout", ["grid", "scattered"])
 def test_line_of_particles_is_a_thin_sorted_row(layout):
     if layout == "grid":
