@@ -63,6 +63,7 @@ def measured(state: State | None, solution: Solution, compile_time: float) -> xr
     out["steps"] = scalar(solution.steps, "1", "number of time steps done")
     out["time_reached"] = scalar(solution.time_reached, "s", "simulated time reached")
     out["solver_time"] = scalar(solution.solver_time, "s", "time in the time steps")
+    out["solver_cpu_time"] = scalar(solution.solver_cpu_time, "s", "CPU time in the time steps")
     out["compile_time"] = scalar(compile_time, "s", "time for set-up and compiling")
     if state is None:
         return out

@@ -20,7 +20,7 @@ from mpmbench.settings.schema import GROUPS, BadInput, did_you_mean, options
 
 # Largest difference, relative to the largest value of a field, that counts as rounding.
 ROUNDING = 1e-9
-CLOCKS = ("solver_time", "compile_time", "wall_time", "peak_memory")
+CLOCKS = ("solver_time", "solver_cpu_time", "compile_time", "wall_time", "peak_memory")
 DERIVED = ("error_", "energy_drift", "momentum_drift")  # differences of what is compared anyway
 MACHINE = ("host", "cpu", "cpu_count", "operating_system")
 

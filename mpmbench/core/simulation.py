@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
@@ -78,6 +78,7 @@ class Solution:
     time_step: float = 0.0
     time_reached: float = 0.0
     solver_time: float = 0.0
+    solver_cpu_time: float = 0.0  # [s], of all threads
     cell_crossings: int = 0
     history: dict[str, list[Any]] = field(default_factory=dict)
     snapshots: list[dict[str, Any]] = field(default_factory=list)
@@ -167,6 +168,7 @@ def simulate(
             if solution.steps == 0:
                 begin(state, dt)
             watch.before_step(dt)
+            cpu_start = process_time()
             start = perf_counter()
             state.choices.step(state, dt)
             solution.steps += 1
@@ -174,6 +176,7 @@ def simulate(
                 state.time = solution.steps * dt
             guard(state)
             solution.solver_time += perf_counter() - start
+            solution.solver_cpu_time += process_time() - cpu_start
             watch.after_step(
                 dt, last=solution.steps == planned or state.time >= end_time * (1.0 - 1e-12)
             )

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from mpmbench.results.one_move import in_one_move
+from mpmbench.results.timings import UNITS
 from mpmbench.settings.schema import BadInput
 
 STATUSES = (
@@ -59,11 +60,11 @@ def read_attributes(path: Path) -> dict[str, Any] | None:
 
 
 def plain_attributes(file: netCDF4.Dataset) -> dict[str, Any]:
-    """Attributes of an open file as text, numbers and lists of numbers; ``solver_times`` always as a list."""
+    """Attributes of an open file as text, numbers and lists of numbers; timings always as lists."""
     found = {name: file.getncattr(name) for name in file.ncattrs()}
     numbers = {name: value.tolist() for name, value in found.items() if hasattr(value, "tolist")}
-    times = np.atleast_1d(found.get("solver_times", [])).tolist()
-    return found | numbers | {"solver_times": times}
+    timings = {name: np.atleast_1d(found.get(name, [])).tolist() for name in UNITS}
+    return found | numbers | timings
 
 
 def read_scalars(path: Path) -> tuple[dict[str, Any], dict[str, tuple[Any, dict[str, str]]]]:

@@ -43,7 +43,10 @@ def test_a_run_prints_its_errors_and_leaves_one_file(command, folder):
     for name in dataset.data_vars:
         assert "units" in dataset[name].attrs and "long_name" in dataset[name].attrs, name
     assert 0 < float(dataset.solver_time) < float(dataset.wall_time)
+    assert 0 < float(dataset.solver_cpu_time) < float(dataset.wall_time)
     assert 20 < float(dataset.peak_memory) < 4000
+    assert 0 <= dataset.load_by_others < 1000 or np.isnan(dataset.load_by_others)
+    assert "solver_times" not in dataset.attrs  # it was not timed
 
 
 def test_a_second_run_replaces_the_file_with_the_same_numbers(command, folder):
@@ -54,7 +57,7 @@ def test_a_second_run_replaces_the_file_with_the_same_numbers(command, folder):
     (same,) = folder.rglob("*.nc")
     second = xr.load_dataset(same)
     assert file == same
-    timing = ["solver_time", "compile_time", "wall_time", "peak_memory"]
+    timing = ["solver_time", "solver_cpu_time", "compile_time", "wall_time", "peak_memory"]
     xr.testing.assert_identical(
         first.drop_attrs().drop_vars(timing), second.drop_attrs().drop_vars(timing)
     )

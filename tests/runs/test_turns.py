@@ -7,6 +7,7 @@ import time
 import pytest
 
 from mpmbench.results import netcdf
+from mpmbench.results.timings import UNITS
 from mpmbench.runs.process import exclusive
 
 
@@ -59,9 +60,16 @@ def test_exclusive_runs_are_timed_in_turn_and_completed_when_more_is_asked(comma
         assert attributes["timing_context"] == "exclusive" and len(attributes["solver_times"]) == 2
         assert scalars["solver_time"][0] == pytest.approx(sum(attributes["solver_times"]) / 2)
         assert json.loads(attributes["config"])["repeats"] == 2
+        cpu = attributes["solver_cpu_times"]
+        assert scalars["solver_cpu_time"][0] == pytest.approx(sum(cpu) / 2)
+        assert all(
+            0 < own < 1.5 * wall for own, wall in zip(cpu, attributes["solver_times"], strict=True)
+        )
+        assert len(attributes["load_by_others"]) == len(attributes["steal"]) == 2
     assert "0 to run" in command(*sweep, "repeats=2").out
     assert "2 to run" in command(*sweep, "repeats=3").out
-    assert all(len(netcdf.read_attributes(file)["solver_times"]) == 3 for file in files)
+    for name in UNITS:
+        assert all(len(netcdf.read_attributes(file)[name]) == 3 for file in files)
     assert "0 to run" in command("-m", "resolution=4,5").out
 
 

@@ -19,10 +19,13 @@ from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.core.registry import BrokenPlugin
 from mpmbench.results import netcdf
 from mpmbench.results.provenance import library_versions
+from mpmbench.results.timings import SAID, UNITS
 from mpmbench.runs.process.exclusive import undisturbed_since
+from mpmbench.runs.process.load import load_between, reading
 from mpmbench.runs.process.reasons import explain
 
 REPORT_EVERY = 0.02  # seconds between two progress messages
+CLOCKS = ("solver_time", "solver_cpu_time")
 
 
 def serve(connection: Connection) -> None:
@@ -63,27 +66,30 @@ def run(
     attributes: dict[str, Any],
     target: str,
     began: float,
-    earlier_times: list[float],
+    earlier: dict[str, list[float]],
 ) -> dict[str, Any]:
     """Run one case and write its file; returns status, reason and scalars.
 
-    A run that has the machine to itself, since its turn `began`, keeps the solver times [s] of all
-    its repeats; their median is the solver time.
+    A run that has the machine to itself, since its turn `began`, keeps the timings of all its
+    repeats, those of `earlier` ones first; their medians are the solver's times.
     """
-    started = time.perf_counter()
+    started, before = time.perf_counter(), reading()
     forget_peak_memory()
     dataset = solve(config, progress_to(connection))
-    seconds = time.perf_counter() - started
+    seconds, load = time.perf_counter() - started, load_between(before, reading())
     dataset["wall_time"] = scalar(seconds, "s", "wall-clock time of the run")
     dataset["peak_memory"] = scalar(peak_memory(), "MiB", "peak resident memory of the process")
+    timings = {name: [value] for name, value in load.items()}
     if dataset.attrs["status"] == "ok" and attributes["timing_context"] == "exclusive":
-        times = list(earlier_times)
         if undisturbed_since(began):
-            times.append(float(dataset["solver_time"]))
-        dataset.attrs["timing_context"] = "exclusive" if times else "shared"
-        if times:
-            dataset["solver_time"] = dataset["solver_time"].copy(data=np.median(times))
-            dataset.attrs["solver_times"] = times
+            now = {f"{clock}s": float(dataset[clock]) for clock in CLOCKS} | load
+            earlier = {name: [*earlier.get(name, []), now[name]] for name in UNITS}
+        dataset.attrs["timing_context"] = "exclusive" if earlier else "shared"
+        if earlier:
+            timings = earlier
+            for clock in CLOCKS:
+                dataset[clock] = dataset[clock].copy(data=np.median(timings[f"{clock}s"]))
+    dataset.attrs |= timings | {"timings": SAID}
     return finish(dataset, attributes, target)
 
 
@@ -134,7 +140,7 @@ def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict
         "reason": dataset.attrs["reason"],
         "scalars": scalars,
         "unwritten": unwritten,
-        "solver_times": dataset.attrs.get("solver_times", []),
+        "timings": {name: dataset.attrs[name] for name in UNITS if "solver_times" in dataset.attrs},
         "has_traceback": "traceback" in dataset.attrs,
     }
 

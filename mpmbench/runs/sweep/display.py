@@ -21,6 +21,7 @@ COMMON = (
         "steps",
         "time_reached",
         "solver_time",
+        "solver_cpu_time",
         "compile_time",
         "wall_time",
         "peak_memory",

@@ -2,9 +2,10 @@
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from mpmbench.results.identity import result_path
@@ -29,9 +30,14 @@ class Record:
     scalars: dict[str, tuple[float, str]] = field(default_factory=dict)  # value and units
     seconds: float = 0.0
     unwritten: str = ""
-    # Of the repeats that had the machine to themselves.
-    solver_times: list[float] = field(default_factory=list)
+    # Of the repeats that had the machine to themselves (`mpmbench.results.timings`).
+    timings: dict[str, list[float]] = field(default_factory=dict)
     has_traceback: bool = False  # as an attribute of its file
+
+    @property
+    def solver_times(self) -> list[float]:
+        """Wall-clock times [s] of these repeats."""
+        return self.timings.get("solver_times", [])
 
     @property
     def failed(self) -> bool:
@@ -114,14 +120,14 @@ def run(
     on_progress: Callable[[float, float], None] | None = None,
     alone: bool = False,
     on_start: Callable[[], None] = lambda: None,
-    solver_times: Sequence[float] = (),
+    earlier: Mapping[str, list[float]] = MappingProxyType({}),
 ) -> Record:
     """Run one case; a failure of any kind is a record with a reason, and a file.
 
     One that is `alone` waits until no other run uses the machine, and keeps the others waiting.
     `on_start` is called when it is this run's turn, `on_progress` with the fraction done and the
-    simulated time [s]. The file gets the median of the solver time and of those of earlier repeats
-    [s]. An interrupted run is recorded before it raises `KeyboardInterrupt`.
+    simulated time [s]. The file gets the median of the solver's time and of those of `earlier`
+    repeats. An interrupted run is recorded before it raises `KeyboardInterrupt`.
     """
     target = result_path(config)
     limits = limits_of(config)
@@ -130,7 +136,7 @@ def run(
         known = attributes(config) | {"timing_context": "exclusive" if alone else "shared"}
         started = time.perf_counter()
         try:
-            request = ("run", config, known, str(target), began, list(solver_times))
+            request = ("run", config, known, str(target), began, dict(earlier))
             answer = isolation.processes.ask(*request, limits=limits, on_progress=on_progress)
             return _record(target, answer, started)
         except isolation.Ended as end:

@@ -223,7 +223,7 @@ def repeat_timings(
         if ledger is not None:
             print(f"timing {len(due)} runs in turn, round {number}", flush=True)
         for config, record in due:
-            again = execute.run(config, alone=True, solver_times=record.solver_times)
+            again = execute.run(config, alone=True, earlier=record.timings)
             again.seconds = record.seconds
             records[again.name] = again
             if ledger is not None:

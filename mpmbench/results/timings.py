@@ -1,0 +1,42 @@
+"""How long a run took, repeat by repeat, and how busy the machine was with other work meanwhile."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+# Attributes of the result file with one number for each repeat that had the machine to itself; not
+# a number where the system did not tell. A run that is not timed has the load only.
+UNITS = {
+    "solver_times": "s, wall-clock time in the time steps",
+    "solver_cpu_times": "s, CPU time of all threads in the time steps",
+    "load_by_others": "processors that other processes kept busy during the run, on average",
+    "steal": "processors that other guests of the host took during the run, on average",
+}
+SAID = "; ".join(f"{name}: {text}" for name, text in UNITS.items())
+
+
+@dataclass(frozen=True)
+class Timings:
+    """The repeats of one run; all arrays have their number, unknown values are not a number.
+
+    Attributes
+    ----------
+    wall, cpu : ndarray
+        Wall-clock and CPU time in the time steps [s].
+    load, steal : ndarray
+        Processors that were busy with other work, and processors that the host gave to others.
+    """
+
+    wall: np.ndarray
+    cpu: np.ndarray
+    load: np.ndarray
+    steal: np.ndarray
+
+
+def timings(attributes: Mapping[str, Any]) -> Timings:
+    """The repeats that a result file's attributes tell of; older files know the first array only."""
+    wall, *others = (np.atleast_1d(attributes.get(name, [])).astype(float) for name in UNITS)
+    unknown = np.full(len(wall), np.nan)
+    return Timings(wall, *(values if len(values) == len(wall) else unknown for values in others))
