@@ -11,6 +11,7 @@ import numpy as np
 from benchmarks import reference
 from benchmarks.campaigns import campaign, overhead, program, seconds_of
 from benchmarks.measure import REPEATS, interleaved, plate
+from benchmarks.power import power
 from benchmarks.reference_numpy import numpy_step
 from mpmbench import case
 from mpmbench.core import registry
@@ -144,7 +145,16 @@ def start_up() -> None:
 
 SECTIONS = {
     f.__name__: f
-    for f in (particle_updates, evaluations, consistent_mass, bar, start_up, overhead, campaign)
+    for f in (
+        particle_updates,
+        evaluations,
+        consistent_mass,
+        bar,
+        start_up,
+        overhead,
+        campaign,
+        power,
+    )
 }
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """How long a run took, repeat by repeat, and how busy the machine was with other work meanwhile."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ UNITS = {
     "load_by_others": "processors that other processes kept busy during the run, on average",
     "steal": "processors that other guests of the host took during the run, on average",
 }
+BUSY = 0.2  # processors: what always runs in the background takes less
 SAID = "; ".join(f"{name}: {text}" for name, text in UNITS.items())
 
 
@@ -40,3 +41,15 @@ def timings(attributes: Mapping[str, Any]) -> Timings:
     wall, *others = (np.atleast_1d(attributes.get(name, [])).astype(float) for name in UNITS)
     unknown = np.full(len(wall), np.nan)
     return Timings(wall, *(values if len(values) == len(wall) else unknown for values in others))
+
+
+def mean_load(repeats: Sequence[Timings]) -> float:
+    """Processors that were not there for the runs, on average over all repeats; not a number if unknown."""
+    found = np.concatenate([np.zeros(0), *(one.load + one.steal for one in repeats)])
+    known = found[np.isfinite(found)]
+    return float(known.mean()) if len(known) else float("nan")
+
+
+def is_busy(load: float) -> bool:
+    """Whether a load by others disturbs timings; an unknown one is not known to."""
+    return load >= BUSY

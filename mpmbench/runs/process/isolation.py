@@ -219,6 +219,12 @@ class Processes:
             self.child = child
         return answer
 
+    def renew(self) -> None:
+        """Let the next request go to a new child."""
+        child, self.child = self.child, None
+        if child is not None:
+            child.end()
+
     def close(self) -> None:
         """End the server and its children."""
         if self.server is not None:

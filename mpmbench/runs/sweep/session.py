@@ -204,7 +204,8 @@ def repeat_timings(
     """Run again, in turn, what is timed exclusively, until it has been often enough.
 
     A new record replaces the one of its name. In a sweep, which has a ledger, each round is
-    announced and each record noted.
+    announced and each record noted. Each round has a process of its own, so that rounds are
+    independent of one another as far as they can be.
     """
     timed = [config for config in configs if config["timing"] == "exclusive"]
     # others may come in between, and that timing does not count
@@ -222,6 +223,8 @@ def repeat_timings(
         number = min(len(record.solver_times) for _, record in due) + 1
         if ledger is not None:
             print(f"timing {len(due)} runs in turn, round {number}", flush=True)
+        # what its place in memory does to a process is drawn anew
+        isolation.processes.renew()
         for config, record in due:
             again = execute.run(config, alone=True, earlier=record.timings)
             again.seconds = record.seconds
