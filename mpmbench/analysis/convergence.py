@@ -1,7 +1,8 @@
-"""Orders of convergence with an interval, from the errors of one method on a sequence of sizes.
+"""Orders of convergence: what the levels show, and apart from it what they let one extrapolate.
 
-Runs are deterministic, so the interval is not a sampling error: it holds the orders p that explain
-the local slopes up to a few percent, whatever drift and floor; see `posterior` for the model.
+*The* order of a curve is its slope. Runs are deterministic, so the interval of the asymptotic order
+is not a sampling error: it holds the orders p that explain the slopes up to a few percent, whatever
+drift and floor; see `posterior` for the model.
 """
 
 from collections.abc import Sequence
@@ -10,6 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from mpmbench.analysis.estimate import (
+    OrderEstimate,
+    asymptotic_text,
+    numbers_text,
+    slopes_text,
+)
 from mpmbench.analysis.posterior import (
     ACCEPTED_MISFIT,
     ORDERS,
@@ -19,91 +26,32 @@ from mpmbench.analysis.posterior import (
     pre_asymptotic,
     shortest_interval,
 )
+from mpmbench.analysis.slopes import (
+    ROUND_OFF,
+    ROUNDING,
+    STAYS,
+    UNKNOWN,
+    Numbers,
+    coarse_first,
+    course_of,
+    fitted_order,
+    local_orders,
+)
 
 INTERVAL_MEANING = (
-    "Runs are deterministic: the interval is no sampling error. It holds 95 % of the orders p for which "
-    "C h^p (1 + a h) + floor, or the root of the sum of their squares, explains the errors, so it states the spread of "
-    "the local slopes and what an asymptotic drift (a) and a floor may still hide; few levels or an early floor make "
-    "it wide."
+    "The slope is the least-squares slope over all levels, with the range of the slopes between "
+    "neighbouring levels. A curve levels off where its last slope, or its last two together, are "
+    "less than half of the slope before them. Round-off is an error below "
+    f"{ROUND_OFF:.1e} of the field (of the stiffness where the stress is zero). The asymptotic "
+    "order is extrapolated. Runs are deterministic: its interval is no sampling error. It holds "
+    "95 % of the orders p for which C h^p (1 + a h) + floor, or the root of the sum of their "
+    "squares, explains the errors, so it states what an asymptotic drift (a) and a floor may "
+    "still hide; few levels or an early floor make it wide."
 )
 FLOOR_LEVELS = 4  # fewer levels cannot tell a floor from a drift
-LEAST_SLOPE = 0.1  # errors that change less than this over all levels do not depend on h
-WIDEST_INTERVAL = 2.0  # beyond this length no value is named within the interval
-Numbers = Sequence[float] | np.ndarray
-
-
-@dataclass(frozen=True)
-class OrderEstimate:
-    """An order of convergence and how far it can be trusted.
-
-    Attributes
-    ----------
-    order, low, high : float
-        Most probable p (with three levels: the least-squares slope) and ends of its 95 % interval;
-        NaN when no order can be stated. Two levels give their slope as `order` and no interval.
-    floor : float
-        Error that does not shrink with h, in the units of the errors; 0 when none was recognised.
-    floor_probability : float
-        Posterior probability that there is a floor (even odds beforehand).
-    floor_share : ndarray
-        Share of the floor in the error of each level, shape (L,); of the predicted floor where none
-        was recognised and the predicted one is most of the finest error.
-    used : ndarray of bool
-        Levels that the order was fitted to, shape (L,).
-    pre_asymptotic : ndarray of bool
-        Coarse levels where the drift changes the slope by more than 0.1, or which no drift
-        explains, shape (L,).
-    local : ndarray
-        Slopes between neighbouring levels, coarse to fine, shape (L - 1,).
-    misfit : float
-        RMS relative misfit of the best model on the used levels.
-    verdict : str
-        All of this as one sentence.
-    """
-
-    order: float
-    low: float
-    high: float
-    floor: float
-    floor_probability: float
-    floor_share: np.ndarray
-    used: np.ndarray
-    pre_asymptotic: np.ndarray
-    local: np.ndarray
-    misfit: float
-    verdict: str = ""
-
-    @property
-    def half_width(self) -> float:
-        """Half the length of the interval."""
-        return 0.5 * (self.high - self.low)
-
-
-def fitted_order(
-    sizes: Sequence[float] | np.ndarray, errors: Sequence[float] | np.ndarray
-) -> float:
-    """Least-squares slope of log(error) over log(size).
-
-    Parameters
-    ----------
-    sizes, errors : array_like
-        Mesh size [m] (or time step [s]) and error of each level, positive, shape (L,) with L >= 2.
-
-    Raises
-    ------
-    ValueError
-        For fewer than two different sizes, or entries that are not positive and finite.
-    """
-    h, e = _checked(sizes, errors)
-    if len(h) < 2:
-        raise ValueError(f"an order needs at least 2 levels, given {len(h)}")
-    return float(np.polyfit(np.log(h), np.log(e), 1)[0])
-
-
-def local_orders(sizes: Numbers, errors: Numbers) -> np.ndarray:
-    """Slopes between neighbouring levels in log-log, from coarse to fine, shape (L - 1,)."""
-    h, e = _checked(sizes, errors)
-    return np.diff(np.log(e)) / np.diff(np.log(h))
+CLEAR_LEVELS = 3  # two slopes above a floor are needed to say what they would be without it
+NEAR = 0.05  # a slope this close to another is the same
+REFUTED = 0.98  # an error below this share of the predicted floor shows that it is none
 
 
 def estimate_order(
@@ -113,11 +61,12 @@ def estimate_order(
     label_unit: str = "cells",
     error_unit: str = "m",
     predicted_floor: float | None = None,
+    scale: float | None = None,
 ) -> OrderEstimate:
-    """Order of convergence with a 95 % interval, floor, pre-asymptotic levels and a verdict sentence.
+    """Slopes and course of a curve, its asymptotic order with an interval, and a verdict.
 
-    When the model misses by more than `ACCEPTED_MISFIT`, the longest run of neighbouring levels
-    that it explains is used, and the verdict says what was left out.
+    When the model of the asymptotic order misses by more than `ACCEPTED_MISFIT`, the longest run of
+    neighbouring levels that it explains is used, and the verdict says what was left out.
 
     Parameters
     ----------
@@ -129,8 +78,11 @@ def estimate_order(
     label_unit, error_unit : str
         Units in the verdict.
     predicted_floor : float, optional
-        Known error of the time step; named as the cause when the floor found is within a factor 2
-        of it, or when too few levels show a floor that it predicts.
+        Known error of the time integration alone; named as the cause when the floor found is within
+        a factor 2 of it, or when too few levels show a floor that it predicts. An error below it
+        shows that it is no floor.
+    scale : float, optional
+        Size of the field, in the units of the errors: what is below `ROUND_OFF` of it is left out.
 
     Raises
     ------
@@ -138,64 +90,110 @@ def estimate_order(
         For entries that are not positive and finite, or sizes that repeat.
     """
     given = np.asarray(sizes, float)
-    h, e = _checked(sizes, errors)
+    h, e = coarse_first(sizes, errors)
     names = [str(label) for label in (labels if labels is not None else given)]
     names = [names[k] for k in np.argsort(-given)]
-    levels = _Levels(h, e, local_orders(h, e), names, label_unit, error_unit)
-    if len(h) < 2:
-        return levels.without_order(
-            "no order: one level only" if len(h) else "no order: no finished run"
-        )
-    if len(h) == 2:
-        slope = float(levels.local[0])
-        where = f"between {names[0]} and {names[1]} {label_unit}"
-        sentence = f"slope {slope:.2f} {where}; two levels give no interval"
-        return levels.without_order(sentence, order=slope, used=np.ones(2, bool))
-    if abs(np.log(e[0] / e[-1])) < LEAST_SLOPE * np.log(h[0] / h[-1]) and e.max() < 1.5 * e.min():
-        stay = f"the errors stay at {e.min():.3g}..{e.max():.3g} {error_unit}"
-        sentence = f"no order: over {levels.span()} {stay}"
-        return levels.without_order(sentence, floor=float(e.min()), floor_share=e.min() / e)
-    first, last, posterior = longest_explained(h, e)
-    if posterior.misfit > ACCEPTED_MISFIT:
-        sentence = f"no single order: local slopes run {levels.slopes} over {levels.span()}"
-        return levels.without_order(sentence, misfit=posterior.misfit)
-    used = (np.arange(len(h)) >= first) & (np.arange(len(h)) < last)
-    return _of_used(levels, used, posterior, predicted_floor)
+    rounding = e < ROUND_OFF * (scale or 0.0)
+    levels = _Levels(h, e, rounding, names, label_unit, error_unit)
+    if len(h) and (~rounding).sum() < min(2, len(h)):
+        sentence = f"no order: at {levels.span(rounding)} the errors are round-off"
+        return levels.shown(ROUNDING, sentence)
+    if not rounding.any():
+        return levels.estimate(predicted_floor)
+    known = levels.above_rounding().estimate(predicted_floor)
+    padded: dict[str, Any] = {
+        name: _at(getattr(known, name), ~rounding)
+        for name in ("floor_share", "used", "pre_asymptotic")
+    }
+    verdict = f"{known.verdict}; at {levels.span(rounding)} the errors are round-off"
+    return replace(known, **padded, verdict=verdict)
+
+
+def _at(values: np.ndarray, levels: np.ndarray) -> np.ndarray:
+    """Values of some levels among all, zero elsewhere."""
+    full = np.zeros(len(levels), values.dtype)
+    full[levels] = values
+    return full
 
 
 @dataclass(frozen=True)
 class _Levels:
-    """Sizes and errors from coarse to fine, the slopes between them, and what a verdict calls them."""
+    """Sizes and errors from coarse to fine, which are rounding, and what a verdict calls them."""
 
     h: np.ndarray
     e: np.ndarray
-    local: np.ndarray
+    rounding: np.ndarray
     names: list[str]
     label_unit: str
     error_unit: str
 
+    def above_rounding(self) -> "_Levels":
+        """The levels that show more than rounding."""
+        kept = np.flatnonzero(~self.rounding)
+        names = [self.names[k] for k in kept]
+        parts = (self.h[kept], self.e[kept], self.rounding[kept], names)
+        return _Levels(*parts, self.label_unit, self.error_unit)
+
     @property
     def slopes(self) -> str:
-        return ", ".join(f"{slope:.2f}" for slope in self.local)
+        return numbers_text(local_orders(self.h, self.e))
 
     def span(self, chosen: np.ndarray | slice = np.s_[:]) -> str:
         """``8..64 cells`` of all levels, or of those that a mask or a slice chooses."""
         names = np.array(self.names)[chosen]
         return f"{names[0] if len(names) == 1 else f'{names[0]}..{names[-1]}'} {self.label_unit}"
 
-    def without_order(self, verdict: str, **known: Any) -> OrderEstimate:
-        """An estimate that states no order, but what is known."""
-        none, nan = np.zeros(len(self.h), bool), float("nan")
-        blank = OrderEstimate(
-            nan, nan, nan, 0.0, nan, np.zeros(len(self.h)), none, none, self.local, nan, verdict
-        )
-        return replace(blank, **known)
+    def shown(self, course: str, verdict: str, last: int = 1, **known: Any) -> OrderEstimate:
+        """What the levels show, no asymptotic order, and what else is known."""
+        none, some = np.zeros(len(self.h), bool), len(self.h) > 1 and course != ROUNDING
+        slope = fitted_order(self.h, self.e) if some else float("nan")
+        local = local_orders(self.h, self.e) if some else np.zeros(0)
+        levels = self.span() if self.names else ""
+        shown = OrderEstimate(slope, local, course, levels, last, verdict=verdict)
+        blank: dict[str, Any] = {
+            "floor_share": np.zeros(len(self.h)),
+            "used": none,
+            "pre_asymptotic": none,
+        }
+        return replace(shown, **(blank | known))
+
+    def estimate(self, predicted_floor: float | None) -> OrderEstimate:
+        """All that these levels say."""
+        h, e = self.h, self.e
+        course, last = course_of(h, e)
+        if course == UNKNOWN:
+            return self.shown(
+                course, "no order: one level only" if len(h) else "no order: no finished run"
+            )
+        found = self.shown(course, "", last)
+        head = f"{slopes_text(found)} over {self.span()}"
+        head = head if "slope" in head else f"slope {head}"
+        if len(h) == 2:
+            verdict = f"{head}; two levels fix no asymptotic order"
+            return replace(found, used=np.ones(2, bool), verdict=verdict)
+        if course == STAYS:
+            verdict = (
+                f"no order: over {self.span()} the errors stay at {e.min():.3g}..{e.max():.3g} "
+                f"{self.error_unit}"
+            )
+            return replace(found, verdict=verdict, floor=float(e.min()), floor_share=e.min() / e)
+        first, end, posterior = longest_explained(h, e)
+        if posterior.misfit > ACCEPTED_MISFIT:
+            verdict = f"{head}; no single order explains the slopes {self.slopes}"
+            return replace(found, verdict=verdict, misfit=posterior.misfit)
+        used = (np.arange(len(h)) >= first) & (np.arange(len(h)) < end)
+        found = _extrapolated(found, self, used, posterior, predicted_floor)
+        return replace(found, verdict=_sentence(head, found, self, predicted_floor))
 
 
-def _of_used(
-    levels: _Levels, used: np.ndarray, posterior: Posterior, predicted_floor: float | None
+def _extrapolated(
+    found: OrderEstimate,
+    levels: _Levels,
+    used: np.ndarray,
+    posterior: Posterior,
+    predicted_floor: float | None,
 ) -> OrderEstimate:
-    """The estimate from the levels that the model explains."""
+    """The asymptotic order from the levels that the model explains."""
     h, e = levels.h, levels.e
     order_weight = posterior.weight.sum(axis=(0, 2))
     low, high = shortest_interval(ORDERS, order_weight)
@@ -203,87 +201,89 @@ def _of_used(
     floor = predicted = 0.0
     if probability > 0.5 and used.sum() >= FLOOR_LEVELS:
         floor = float((posterior.weight * posterior.floor).sum() / probability)
-    if predicted_floor and predicted_floor > 0.5 * e[used][-1]:
+    if predicted_floor and 0.5 * e[used][-1] < predicted_floor < e.min() / REFUTED:
         predicted = predicted_floor
     share = np.where(used, np.minimum((floor or predicted) / e, 1.0), 0.0)
     clear = used & (share < 0.5)
+    known: dict[str, Any] = {"floor": floor, "floor_probability": probability, "floor_share": share}
+    known |= {"misfit": posterior.misfit}
     if floor > 0 and clear.sum() < 2:  # one level above the floor has no slope
-        return levels.without_order(
-            f"no order: at {levels.span(used & (share >= 0.5))} the errors level off near "
-            f"{floor:.2g} {levels.error_unit}; local slopes {levels.slopes}",
-            floor=floor,
-            floor_probability=probability,
-            floor_share=share,
-            misfit=posterior.misfit,
-        )
+        return replace(found, **known)
     early = pre_asymptotic(h, posterior.weight.sum(axis=(0, 1)), used)
-    if early[used].all():  # the order is an extrapolation: the interval keeps the slopes seen
-        low, high = min(low, float(levels.local.min())), max(high, float(levels.local.max()))
-    order = most_probable(ORDERS, order_weight)
+    if early[used].all() or len(h) == 3:  # an extrapolation: the interval keeps the slopes seen
+        low, high = min(low, float(found.local.min())), max(high, float(found.local.max()))
+    order, reason = most_probable(ORDERS, order_weight), ""
     if len(h) == 3:  # the mode would extrapolate one difference of slopes, the plain slope does not
-        plain = fitted_order(h[clear], e[clear]) if clear.sum() > 1 else fitted_order(h, e)
-        order = plain if low <= plain <= high else order
-    order = min(max(order, low), high)
-    found = OrderEstimate(
-        order, low, high, floor, probability, share, used, early, levels.local, posterior.misfit
-    )
-    return replace(found, verdict=_sentence(found, levels, predicted_floor))
+        order = fitted_order(h[clear], e[clear]) if clear.sum() > 1 else found.slope
+    else:
+        order, reason = _within_reason(order, levels, used, clear, floor, early)
+    order = float(np.clip(order, low, high))
+    known |= {"used": used, "pre_asymptotic": early}
+    return replace(found, asymptotic=order, low=low, high=high, reason=reason, **known)
 
 
-def _sentence(found: OrderEstimate, levels: _Levels, predicted_floor: float | None) -> str:
-    """The verdict: order and range, floor and cause, pre-asymptotic levels, levels that no single order explains."""
-    used, unit = np.flatnonzero(found.used), levels.error_unit
-    limited = found.used & (found.floor_share >= 0.5)
-    clear = used[~limited[used]] if not limited[used].all() else used[:1]
-    parts = [f"p = {order_with_interval(found)} over {levels.span(clear)}"]
+def _within_reason(
+    order: float,
+    levels: _Levels,
+    used: np.ndarray,
+    clear: np.ndarray,
+    floor: float,
+    early: np.ndarray,
+) -> tuple[float, str]:
+    """The order if the slopes show it, or would without a floor or as they drift; why, or why not."""
+    local = local_orders(levels.h[used], levels.e[used])
+    size = f"{floor:.2g} {levels.error_unit}"
+    if _holds(local, order):
+        return order, f"without a floor of {size}" if floor > 0 else ""
+    if floor > 0:
+        h, e = levels.h[clear], levels.e[clear]
+        free = [local_orders(h, rest) for rest in (e - floor, np.sqrt(e**2 - floor**2))]
+        shown = order - local.max() <= local.max() - local[-1]  # by the slopes that it made fall
+        if clear.sum() >= CLEAR_LEVELS and shown and _holds(np.concatenate(free), order):
+            return order, f"without a floor of {size}"
+        return float("nan"), f"if {size} is a floor"
+    if early.any() and abs(order - local[-1]) <= abs(local[-1] - local[-2]):
+        return order, "if the slopes drift on"
+    return float("nan"), "if the slopes drift on"
+
+
+def _holds(slopes: np.ndarray, order: float) -> bool:
+    return bool(slopes.min() - NEAR <= order <= slopes.max() + NEAR)
+
+
+def _sentence(
+    head: str, found: OrderEstimate, levels: _Levels, predicted_floor: float | None
+) -> str:
+    """The verdict: slopes, asymptotic order, floor and its cause, levels that differ."""
+    unit, used = levels.error_unit, np.flatnonzero(found.used)
+    limited = found.floor_share >= 0.5
+    parts = [head]
+    if asymptotic_text(found) != "none":
+        clear = used[~limited[used]] if not limited[used].all() else used[:1]
+        parts.append(f"asymptotic order {asymptotic_text(found)}, from {levels.span(clear)}")
+    refuted = predicted_floor is not None and levels.e.min() < REFUTED * predicted_floor
     if found.floor > 0:
+        near = predicted_floor and 0.5 < found.floor / predicted_floor < 2.0
         cause = "the errors level off"
-        if predicted_floor and 0.5 < found.floor / predicted_floor < 2.0:
+        if near and not refuted:
             cause = f"the time step limits (predicted {predicted_floor:.2g} {unit})"
-        parts.append(f"below {found.floor:.2g} {unit} {cause}")
-    elif found.floor_share.any():
+        parts.append(f"near {found.floor:.2g} {unit} {cause}")
+    elif limited.any():
         parts.append(
             f"at {levels.span(limited)} most of the error is that of the time step "
             f"(predicted {predicted_floor:.2g} {unit})"
         )
+    if refuted:
+        parts.append(
+            f"errors fall below {predicted_floor:.2g} {unit}, the error of time integration "
+            "alone: that of space may cancel it"
+        )
     if found.pre_asymptotic.all():
-        parts.append(f"pre-asymptotic throughout: local slopes {levels.slopes}")
+        parts.append("pre-asymptotic throughout")
     elif found.pre_asymptotic.any():
         parts.append(f"pre-asymptotic at {levels.span(found.pre_asymptotic)}")
-    if used[-1] + 1 < len(levels.h):
-        beyond = np.s_[used[-1] + 1 :]
-        parts.append(f"at {levels.span(beyond)} the errors leave this line")
-    if len(used) < 4:
-        parts.append(f"{len(used)} levels cannot exclude a floor")
+    if len(used) and used[-1] + 1 < len(levels.h):
+        parts.append(f"at {levels.span(np.s_[used[-1] + 1 :])} the errors leave this line")
+    if len(levels.h) < FLOOR_LEVELS:
+        parts.append(f"{len(levels.h)} levels cannot tell a floor from a drift")
     return "; ".join(parts)
-
-
-def order_with_interval(found: OrderEstimate) -> str:
-    """``2.98 ± 0.04``, or ``2.00 (1.74 to 2.59)`` when the interval is lopsided, or the bare slope of two levels."""
-    if not np.isfinite(found.order):
-        return "none"
-    if not np.isfinite(found.half_width):
-        return f"{found.order:.2f}"
-    if found.high - found.low > WIDEST_INTERVAL:
-        return f"{found.low:.2f} to {found.high:.2f}"
-    below, above = found.order - found.low, found.high - found.order
-    if max(below, above) <= 1.3 * min(below, above) + 0.01:
-        return f"{found.order:.2f} ± {max(below, above, 0.01):.2f}"
-    return f"{found.order:.2f} ({found.low:.2f} to {found.high:.2f})"
-
-
-def _checked(
-    sizes: Sequence[float] | np.ndarray, errors: Sequence[float] | np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Sizes and errors as arrays from coarse to fine."""
-    h, e = np.asarray(sizes, float), np.asarray(errors, float)
-    if h.ndim != 1 or h.shape != e.shape:
-        raise ValueError(
-            f"sizes and errors need the same length, given shapes {h.shape} and {e.shape}"
-        )
-    if not (np.all(np.isfinite(h)) and np.all(np.isfinite(e)) and np.all(h > 0) and np.all(e > 0)):
-        raise ValueError("sizes and errors need to be positive and finite")
-    if len(np.unique(h)) != len(h):
-        raise ValueError("each size may occur once")
-    coarse_first = np.argsort(-h)
-    return h[coarse_first], e[coarse_first]

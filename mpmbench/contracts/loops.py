@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from mpmbench.analysis.convergence import fitted_order
 from mpmbench.analysis.norms import error_norms
+from mpmbench.analysis.slopes import fitted_order
 from mpmbench.contracts import Contract, Finding, largest
 from mpmbench.core import registry
 from mpmbench.core.geometry import Box

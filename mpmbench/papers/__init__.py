@@ -13,7 +13,7 @@ beside ``papers`` as well, with their ``plugins``. The file has one object::
 
     @claim("OTM converges with order 2", "Fig. 3", holds=lambda p: p > 1.7, sentence="p = {p:.2f}")
     def order(runs: Runs) -> dict[str, float]:
-        return {"p": runs.order("bar", ERROR, method="otm").order}
+        return {"p": runs.order("bar", ERROR, method="otm").slope}
 
     PAPER = Paper(
         name="bar_orders",

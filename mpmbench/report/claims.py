@@ -11,7 +11,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from mpmbench.analysis.convergence import OrderEstimate, estimate_order, order_with_interval
+from mpmbench.analysis.convergence import estimate_order
+from mpmbench.analysis.estimate import OrderEstimate, slopes_text
+from mpmbench.report.series import field_scale
 from mpmbench.report.tables import Cell, Table
 from mpmbench.results.records import Campaign
 
@@ -124,10 +126,16 @@ class Runs:
         n = errors.index.to_numpy(float)
         unit = self.campaigns[campaign].units.get(quantity, "")
         found = estimate_order(
-            1.0 / n, errors.to_numpy(float), labels=[f"{k:g}" for k in n], error_unit=unit
+            1.0 / n,
+            errors.to_numpy(float),
+            labels=[f"{k:g}" for k in n],
+            error_unit=unit,
+            scale=field_scale(self.campaigns[campaign], done, quantity),
         )
         self._remember(
-            f"order of {quantity}, {_words(match)}", order_with_interval(found), done.index
+            f"order of {quantity}, {_words(match)}",
+            f"{slopes_text(found)}, {found.levels}",
+            done.index,
         )
         return found
 

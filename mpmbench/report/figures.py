@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
 
-from mpmbench.analysis.convergence import OrderEstimate, order_with_interval
+from mpmbench.analysis.estimate import OrderEstimate, slopes_text
+from mpmbench.analysis.slopes import fitted_order
 from mpmbench.report import style
 from mpmbench.report.series import Series, Study, series_name, variant_name
 
@@ -20,8 +21,9 @@ SQUARE = 2.8  # height of a figure without its legend [in]
 LEGEND_LINE = 0.145  # height of one line of a legend [in]
 LEGEND_WIDTH = 54  # characters
 MOST_FLOORS = 3  # predicted floors that a legend lists one by one
+CLOSE_SLOPE = 0.15  # a curve this close to a whole or half order gets its triangle
 MOST_ENTRIES = 12  # curves that a legend lists one by one
-ORDERS_CAPTION = "Orders p with 95 % intervals; triangles show slopes."
+ORDERS_CAPTION = "Behind each curve its least-squares slope, with the range of its local slopes."
 Orders = dict[str, OrderEstimate]
 
 
@@ -48,8 +50,8 @@ def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
     for one in shown:
         curve = one.finite(quantity).groupby("axis_value", sort=False)[quantity].median()
         label = one.label
-        if one.label in orders and np.isfinite(orders[one.label].order):
-            label += f": p = {order_with_interval(orders[one.label])}"
+        if one.label in orders and len(orders[one.label].local):
+            label += f": {slopes_text(orders[one.label])}"
         handles += axes.loglog(
             curve.index, curve, label=label, **style.line(one.method, one.basis, one.rank)
         )
@@ -242,16 +244,19 @@ def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) ->
     lowest: dict[float, tuple[np.ndarray, np.ndarray]] = {}
     for one in study.series:
         estimate = orders.get(one.label)
-        if estimate is None or not estimate.order >= 0.5 or estimate.high - estimate.low > 2.0:
+        if estimate is None or not len(estimate.local):
             continue
         curve = one.finite(quantity).groupby("axis_value")[quantity].median()
         x, y = curve.index.to_numpy(float), curve.to_numpy(float)
         coarse_first = np.argsort(x ** (study.axis.power or 1))[::-1]
         clear = estimate.used & (estimate.floor_share < 0.3)
         x, y = x[coarse_first][clear], y[coarse_first][clear]
-        whole = round(2.0 * estimate.order) / 2.0
-        stated = estimate.low <= whole <= estimate.high
-        if stated and len(x) >= 2 and (whole not in lowest or y[0] < lowest[whole][1][0]):
+        if len(x) < 2:
+            continue
+        slope = fitted_order(x ** float(study.axis.power or 1), y)
+        whole = round(2.0 * slope) / 2.0
+        near = whole >= 0.5 and abs(slope - whole) < CLOSE_SLOPE
+        if near and (whole not in lowest or y[0] < lowest[whole][1][0]):
             lowest[whole] = (x, y)
     taken: list[tuple[float, float, float, float]] = []
     for whole, (x, y) in sorted(lowest.items()):

@@ -13,7 +13,8 @@ import markupsafe
 import numpy as np
 from matplotlib.figure import Figure
 
-from mpmbench.analysis.convergence import INTERVAL_MEANING, OrderEstimate
+from mpmbench.analysis.convergence import INTERVAL_MEANING
+from mpmbench.analysis.estimate import OrderEstimate
 from mpmbench.report import atlas, figures, profiles, style, tables
 from mpmbench.report.series import Study, further_studies, orders_of, studies
 from mpmbench.report.tables import Table

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from mpmbench.analysis.convergence import OrderEstimate, estimate_order
+from mpmbench.analysis.convergence import estimate_order
+from mpmbench.analysis.estimate import OrderEstimate
 from mpmbench.report.style import BASIS_MARKERS, METHOD_COLOURS
 from mpmbench.results.records import Campaign
 
@@ -287,4 +288,22 @@ def order_of(study: Study, series: Series, quantity: str) -> OrderEstimate | Non
         label_unit=study.axis.unit,
         error_unit=study.campaign.units.get(quantity, ""),
         predicted_floor=floor_of(series) if limited else None,
+        scale=field_scale(study.campaign, series.finite(quantity), quantity),
     )
+
+
+def field_scale(campaign: Campaign, runs: pd.DataFrame, quantity: str) -> float | None:
+    """Size of the field that an error belongs to, as far as its result files tell.
+
+    It is the error over the relative error, and where the exact stress is zero the largest modulus
+    of the material: a strain of one.
+    """
+    relative = runs.get(f"{quantity.removesuffix('_rms')}_relative")
+    if relative is not None and (relative > 0).any():
+        return float((runs[quantity] / relative)[relative > 0].median())
+    if quantity.startswith("error_stress"):
+        settings = campaign.settings.loc[runs.index]
+        moduli = [key for key in settings if key.endswith("_modulus")]
+        largest = pd.to_numeric(settings[moduli].stack(), errors="coerce").max()
+        return float(largest) if np.isfinite(largest) else None
+    return None

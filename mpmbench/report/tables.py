@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from mpmbench.analysis.convergence import OrderEstimate, order_with_interval
+from mpmbench.analysis.estimate import OrderEstimate, asymptotic_text, numbers_text, slopes_text
 from mpmbench.report.figures import quantity_label
 from mpmbench.report.series import Series, Study
 
@@ -137,7 +137,7 @@ def _latex(text: str) -> str:
 
 
 def orders(study: Study, estimates: dict[str, dict[str, OrderEstimate]]) -> Table:
-    """Order, interval, floor and verdict of each curve; `estimates` by quantity and by label."""
+    """Slopes, asymptotic order, floor and verdict of each curve; `estimates` by quantity and by label."""
     rows = []
     for quantity, by_label in estimates.items():
         for one in study.series:
@@ -150,15 +150,17 @@ def orders(study: Study, estimates: dict[str, dict[str, OrderEstimate]]) -> Tabl
                 [
                     one.label,
                     quantity_label(study, quantity),
-                    order_with_interval(found) if np.isfinite(found.order) else "none",
-                    ", ".join(f"{slope:.2f}" for slope in found.local),
+                    slopes_text(found),
+                    numbers_text(found.local),
+                    asymptotic_text(found),
                     found.floor if found.floor > 0 else "",
                     found.verdict,
                     Cell(levels, tuple(map(str, runs.index))),
                 ]
             )
-    columns = ["curve", "error", "order p", "local slopes", "floor", "verdict", study.axis.unit]
-    return Table(f"{study.problem}-orders", "Orders of convergence", columns, rows, numeric=(4,))
+    columns = ["curve", "error", "order", "local slopes", "asymptotic order", "floor", "verdict"]
+    columns.append(study.axis.unit)
+    return Table(f"{study.problem}-orders", "Orders of convergence", columns, rows, numeric=(5,))
 
 
 def errors(study: Study, quantity: str) -> Table:

@@ -1,14 +1,11 @@
-"""Orders of convergence: exact on exact powers, honest intervals on 2000 synthetic cases, verdicts in plain words."""
+"""Asymptotic orders: exact on exact powers, honest intervals on 2000 synthetic cases, verdicts in plain words."""
 
 import numpy as np
 import pytest
 
-from mpmbench.analysis.convergence import (
-    estimate_order,
-    fitted_order,
-    local_orders,
-    order_with_interval,
-)
+from mpmbench.analysis.convergence import estimate_order
+from mpmbench.analysis.estimate import asymptotic_text
+from mpmbench.analysis.slopes import fitted_order, local_orders
 
 CELLS = 2.0 ** np.arange(3, 10)  # 8 to 512
 
@@ -84,7 +81,7 @@ def test_a_finer_level_below_it_refutes_a_floor():
     assert estimate_order(1.0 / cells[:4], e[:4]).floor > 5e-9
     found = estimate_order(1.0 / cells, e, labels=cells)
     assert found.floor == 0.0 and "level off" not in found.verdict
-    assert np.isnan(found.order) or found.low <= np.mean(found.local) <= found.high
+    assert not np.isfinite(found.low) or found.low <= np.mean(found.local) <= found.high
 
 
 @pytest.mark.parametrize("order", [0.5, 1.0, 2.0, 3.5])
@@ -96,11 +93,12 @@ def test_exact_powers_give_their_order(order):
 
 def test_estimate_of_an_exact_power_is_sharp_and_has_no_floor():
     found = estimate_order(1.0 / CELLS, 3e-5 * CELLS**-3.0, labels=CELLS.astype(int))
-    assert found.order == pytest.approx(3.0, abs=0.02)
+    assert found.slope == pytest.approx(3.0, abs=1e-12)
+    assert found.asymptotic == pytest.approx(3.0, abs=0.02)
     assert found.high - found.low < 0.1
     assert found.floor == 0.0
     assert not found.pre_asymptotic.any()
-    assert found.verdict.endswith("over 8..512 cells")
+    assert found.verdict.startswith("slope 3.00 (3.00 to 3.00) over 8..512 cells; asymptotic order")
 
 
 def test_order_and_scale_of_the_data_do_not_matter():
@@ -120,7 +118,7 @@ def test_floor_is_measured_and_explained_by_the_predicted_one():
     assert found.floor == pytest.approx(2.76e-10, rel=0.05)
     assert found.low < 3.5 < found.high
     assert found.floor_share[0] < 0.05 and found.floor_share[-1] > 0.9
-    assert "below 2.8e-10 m the time step limits (predicted 2.8e-10 m)" in found.verdict
+    assert "near 2.8e-10 m the time step limits (predicted 2.8e-10 m)" in found.verdict
     elsewhere = estimate_order(1.0 / CELLS, e, predicted_floor=1e-12)
     assert "the errors level off" in elsewhere.verdict and "time step" not in elsewhere.verdict
 
@@ -137,7 +135,8 @@ def test_slopes_that_still_change_stay_inside_the_interval():
     cells = np.array([8, 16, 32])
     found = estimate_order(1.0 / cells, [1.94e-5, 5.98e-6, 1.29e-6], labels=cells)
     assert found.low <= found.local.min() and found.high >= found.local.max()
-    assert "pre-asymptotic throughout: local slopes 1.70, 2.21" in found.verdict
+    assert found.verdict.startswith("slope 1.96 (1.70 to 2.21) over 8..32 cells")
+    assert "pre-asymptotic throughout" in found.verdict
 
 
 def test_errors_that_rise_again_are_left_out_and_named():
@@ -145,32 +144,33 @@ def test_errors_that_rise_again_are_left_out_and_named():
     e[5:] *= 8.0, 40.0
     found = estimate_order(1.0 / CELLS, e, labels=CELLS.astype(int))
     assert found.used.tolist() == [True] * 5 + [False] * 2
-    assert found.order == pytest.approx(2.0, abs=0.02)
+    assert found.asymptotic == pytest.approx(2.0, abs=0.02)
+    assert found.verdict.startswith("rises: last slope -0.32 over 8..512 cells")
     assert (
-        "over 8..128 cells" in found.verdict
+        "from 8..128 cells" in found.verdict
         and "at 256..512 cells the errors leave this line" in found.verdict
     )
 
 
 def test_errors_without_any_order_get_none():
     found = estimate_order(1.0 / CELLS, 1e-4 * np.array([1.0, 9.0, 0.5, 7.0, 0.3, 6.0, 0.2]))
-    assert np.isnan(found.order) and not found.used.any()
-    assert found.verdict.startswith("no single order")
+    assert np.isnan(found.asymptotic) and not found.used.any()
+    assert "no single order explains the slopes -3.17, 4.17" in found.verdict
 
 
 def test_one_level_above_a_floor_has_no_order():
     # linear MPM on the plate, where particles cross cells from 16 cells on
     cells = np.array([8, 16, 32, 64])
     found = estimate_order(1.0 / cells, [2.30e-4, 7.30e-5, 6.84e-5, 7.31e-5], labels=cells)
-    assert np.isnan(found.order) and found.floor == pytest.approx(7e-5, rel=0.05)
-    assert found.verdict.startswith(
-        "no order: at 16..64 cells the errors level off near 7e-05 m; local slopes 1.66"
+    assert np.isnan(found.asymptotic) and found.floor == pytest.approx(7e-5, rel=0.05)
+    assert found.verdict == (
+        "levels off: last slope -0.10 over 8..64 cells; near 7e-05 m the errors level off"
     )
 
 
 def test_errors_that_do_not_depend_on_the_size_get_none():
     found = estimate_order(1.0 / CELLS, np.array([1.0, 1.01, 0.99, 1.0, 1.02, 1.0, 1.01]))
-    assert np.isnan(found.order)
+    assert np.isnan(found.asymptotic)
     assert found.verdict.startswith("no order: over")
 
 
@@ -182,15 +182,15 @@ def test_few_levels_state_no_interval(levels, verdict):
     assert np.isnan(found.half_width)
     assert verdict in found.verdict
     if levels == 2:
-        assert found.order == pytest.approx(2.0)
+        assert found.slope == pytest.approx(2.0)
 
 
 def test_three_levels_are_wider_than_six_and_say_why():
     few, many = (estimate_order(1.0 / CELLS[:n], CELLS[:n] ** -2.0) for n in (3, 6))
-    assert few.order == pytest.approx(2.0, abs=1e-9)
+    assert few.asymptotic == pytest.approx(2.0, abs=1e-9)
     assert few.half_width > 3.0 * many.half_width
-    assert "cannot exclude a floor" in few.verdict
-    assert "to" in order_with_interval(few) and "±" in order_with_interval(many)
+    assert "3 levels cannot tell a floor from a drift" in few.verdict
+    assert "to" in asymptotic_text(few) and "±" in asymptotic_text(many)
 
 
 @pytest.mark.parametrize(
@@ -214,7 +214,7 @@ def test_predicted_floor_that_three_levels_cannot_show_is_named():
     found = estimate_order(
         1.0 / cells, [2.42e-8, 2.17e-9, 3.35e-10], labels=cells, predicted_floor=2.764e-10
     )
-    assert found.order == pytest.approx(3.48, abs=0.01), (
+    assert found.asymptotic == pytest.approx(3.48, abs=0.01), (
         "the slope that the time step bends is left out"
     )
     assert (

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from mpmbench.analysis.convergence import fitted_order
+from mpmbench.analysis.slopes import fitted_order
 from mpmbench.case import solve
 from mpmbench.settings.files import read_yaml, shipped_folder
 from mpmbench.settings.resolve import fill

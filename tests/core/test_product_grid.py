@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mpmbench import case
-from mpmbench.analysis.convergence import fitted_order
+from mpmbench.analysis.slopes import fitted_order
 from mpmbench.case.build import build
 from mpmbench.core import registry
 from mpmbench.core.errors import NotApplicable

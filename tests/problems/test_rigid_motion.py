@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mpmbench import case
-from mpmbench.analysis.convergence import fitted_order
+from mpmbench.analysis.slopes import fitted_order
 from mpmbench.core import registry
 from mpmbench.core.errors import BrokeDown, NotApplicable
 from mpmbench.core.loops.explicit import Explicit

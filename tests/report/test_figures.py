@@ -45,7 +45,7 @@ def test_curves_carry_method_colour_basis_marker_and_data(tmp_path, write_quicks
 def test_legend_states_fitted_orders(tmp_path, write_quickstart):
     write_quickstart(tmp_path)
     _, figure = draw(tmp_path)
-    assert any(entry.startswith("MPM, linear: p = 2.0") for entry in entries(figure))
+    assert any(entry.startswith("MPM, linear: 2.00 (") for entry in entries(figure))
 
 
 def test_predicted_floor_is_drawn_where_the_files_say(tmp_path, write_quickstart):

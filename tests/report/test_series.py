@@ -104,7 +104,7 @@ def test_time_step_sweep_has_its_order(tmp_path, write_run):
     assert study.axis.key == "time_step"
     assert study.values()[0] == 4e-5, "from coarse to fine"
     estimate = order_of(study, study.series[0], "error_displacement_rms")
-    assert estimate.order == pytest.approx(2.0, abs=0.03)
+    assert estimate.asymptotic == pytest.approx(2.0, abs=0.03)
     assert "over 4e-05..2.5e-06 s" in estimate.verdict
 
 
@@ -147,7 +147,7 @@ def test_a_failed_run_never_enters_a_fit(tmp_path, write_run, status):
     study = one_study(tmp_path)
     estimate = order_of(study, study.series[0], "error_displacement_rms")
     assert len(estimate.local) == 3
-    assert estimate.order == pytest.approx(2.0, abs=0.02)
+    assert estimate.slope == pytest.approx(2.0, abs=0.02)
     assert 128 not in study.series[0].finite("solver_time").axis_value.tolist()
 
 

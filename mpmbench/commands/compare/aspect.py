@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
-from mpmbench.analysis.convergence import OrderEstimate, order_with_interval
+from mpmbench.analysis.estimate import OrderEstimate, slopes_text
 from mpmbench.report.series import order_of, studies
 from mpmbench.results.records import Campaign
 
@@ -83,11 +83,11 @@ def orders(before: Campaign, after: Campaign, good: pd.DataFrame) -> Aspect:
     old, new = curves(before.only(good.file_a)), curves(after.only(good.file_b))
     for key in sorted(set(old) & set(new)):
         a, b = old[key], new[key]
-        if not np.isfinite([a.order, a.half_width, b.order, b.half_width]).all():
+        if not np.isfinite([a.slope, a.half_width, b.slope, b.half_width]).all():
             continue  # two levels have a slope, but no interval
-        apart = not (b.low <= a.order <= b.high or a.low <= b.order <= a.high)
-        verdict = worse_or_better(abs(b.order - a.order) > ORDER and apart, b.order < a.order)
-        text = f"{key[2]}: p = {order_with_interval(a)} -> {order_with_interval(b)}"
+        apart = not (b.low <= a.slope <= b.high or a.low <= b.slope <= a.high)
+        verdict = worse_or_better(abs(b.slope - a.slope) > ORDER and apart, b.slope < a.slope)
+        text = f"{key[2]}: slope {slopes_text(a)} -> {slopes_text(b)}"
         aspect.judge(verdict, f"{key[0]}, {key[1]}", text)
     return aspect
 

@@ -66,7 +66,7 @@ def _rates(runs: Runs, quantity: str) -> dict[str, float]:
     """Orders of an error of the shock with consistent and with lumped mass."""
 
     def order(**match: Any) -> float:
-        return runs.order("fig4_4", quantity, cells=(50, 100, 200), **match).order
+        return runs.order("fig4_4", quantity, cells=(50, 100, 200), **match).slope
 
     return {
         "consistent": order(particles_per_cell=2, **OTM, **CONSISTENT),
@@ -129,7 +129,7 @@ def irregular(runs: Runs) -> Answer:
     plain, mended = (
         runs.order(
             "irregular", DENSITY, cells=(50, 100), basis__gradient=gradient, **OTM, **LUMPED
-        ).order
+        ).slope
         for gradient in ("exact", "consistent")
     )
     condition = f"when gradients are corrected to integrate exactly ({mended:.2f})"

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from mpmbench.analysis.convergence import OrderEstimate, order_with_interval
+from mpmbench.analysis.estimate import OrderEstimate, slopes_text
 from mpmbench.papers.kit import Campaigns
 from mpmbench.papers.wobbes2020.bars import as_paper
 from mpmbench.papers.wobbes2020.beyond import floor_growth
@@ -78,7 +78,7 @@ def maxent_order(runs: Runs) -> Answer:
         runs.order("orders", ERROR, **method(name)) for name in ("MPM-maxent", "OTM-maxent")
     ]
     lumped = runs.order("orders", ERROR, **METHODS["MPM-maxent"], mass="lumped")
-    mpm, otm, other = map(order_with_interval, (*consistent, lumped))
+    mpm, otm, other = map(slopes_text, (*consistent, lumped))
     because = (
         f"with consistent mass p = {mpm} (MPM) and {otm} (OTM), with lumped mass {other} (MPM)"
     )
@@ -95,7 +95,7 @@ def spline_order(runs: Runs) -> Answer:
     lumped = [runs.order("orders", ERROR, **METHODS[name], mass="lumped") for name in names]
     limits = [runs.number("fig6", ERROR, **method(name, resolution=511)) for name in names]
     floor = runs.number("fig6", "predicted_temporal_floor", **method("unified", resolution=511))
-    words = [order_with_interval(order) for order in consistent + lumped]
+    words = [slopes_text(order) for order in consistent + lumped]
     because = (
         f"with consistent mass p = {words[0]} (BSMPM) and {words[1]} (unified), with lumped mass "
         f"{words[2]} and {words[3]}; on 512 nodes the errors are {limits[0]:.3g} and "
@@ -298,4 +298,4 @@ def _fig8(runs: Runs, name: str, traction: str, cells: int) -> float:
 
 def _reads_as(order: OrderEstimate, low: float, high: float) -> bool:
     """Whether the order, a tenth aside, lies between two values."""
-    return bool(low - 0.1 <= order.order <= high + 0.1)
+    return bool(low - 0.1 <= order.slope <= high + 0.1)

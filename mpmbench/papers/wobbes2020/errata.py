@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from mpmbench.analysis.convergence import OrderEstimate, estimate_order, order_with_interval
+from mpmbench.analysis.convergence import estimate_order
+from mpmbench.analysis.estimate import OrderEstimate, asymptotic_text, numbers_text, slopes_text
 from mpmbench.papers.kit import Campaigns, Chapter, number
 from mpmbench.papers.parts import of_file, ticks
 from mpmbench.papers.wobbes2020.support import ERROR, fields
@@ -109,9 +110,9 @@ def errata_chapter(campaigns: Campaigns) -> Chapter:
     rows, explains = [], []
     for letter, (name, what, errors) in zip(LETTERS, everything, strict=False):
         found = order_of(errors, "m^0.5" if name in NORMS else "m")
-        slopes = ", ".join(f"{slope:.2f}" for slope in found.local)
-        order = order_with_interval(found)
-        rows.append([letter, name, what, *errors, slopes, order, found.verdict])
+        slopes = numbers_text(found.local)
+        orders = [f"{slopes_text(found)} over {found.levels}", slopes, asymptotic_text(found)]
+        rows.append([letter, name, what, *errors, *orders, found.verdict])
         if not name.startswith("unified") and between_one_and_two(found):
             explains.append(f"{name} ({slopes})")
     caption = (
@@ -120,7 +121,7 @@ def errata_chapter(campaigns: Campaigns) -> Chapter:
     )
     page.draw("variants", "What each erratum does to the error", caption, _curves(everything))
     columns = ["", "variant", "what is changed", *(f"{n} cells" for n in CELLS)]
-    columns += ["local slopes", "order", "verdict"]
+    columns += ["order", "local slopes", "asymptotic order", "verdict"]
     title = "Errors [m] and orders of the variants"
     page.tabulate("orders", title, columns, rows, numeric=(3, 4, 5, 6))
     page.notes += conclusions({name: errors for name, _, errors in everything}, explains)

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from mpmbench import case
-from mpmbench.analysis.convergence import fitted_order
+from mpmbench.analysis.slopes import fitted_order
 from mpmbench.core.bases.clouds.mls import MovingLeastSquares
 from mpmbench.core.bases.entropy.lme import LocalMaxEnt
 from mpmbench.core.bases.grid.linear import Linear

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from mpmbench import case
-from mpmbench.analysis.convergence import fitted_order
+from mpmbench.analysis.slopes import fitted_order
 from mpmbench.core.errors import BadSetting, NotApplicable, NotConverged
 from mpmbench.core.implicit import newton as newton_iteration
 from mpmbench.core.implicit.newton import Equations, newton

@@ -44,7 +44,7 @@ def answer(name: str, number: Callable[..., float]) -> str:
     runs = SimpleNamespace(
         number=lambda campaign, quantity, **match: number(campaign, quantity, match),
         order=lambda campaign, quantity, cells, **match: SimpleNamespace(
-            order=number(campaign, quantity, match)
+            slope=number(campaign, quantity, match)
         ),
         status=lambda campaign, **match: "ok",
     )

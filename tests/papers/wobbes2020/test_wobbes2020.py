@@ -73,7 +73,7 @@ def verdict(name, folder):
 def test_a_doctored_run_changes_the_verdict_on_the_order_of_maxent(tmp_path, write_run):
     write_orders(write_run, tmp_path / "orders", order=3.5)
     found = verdict("maxent_order", tmp_path)
-    assert found.answer == f"{HOLDS} when the mass is lumped" and "p = 3.49" in found.because
+    assert found.answer == f"{HOLDS} when the mass is lumped" and "p = 3.50" in found.because
     assert all(file.startswith("orders/") for piece in found.evidence for file in piece.files)
     write_orders(write_run, tmp_path / "orders", order=1.5)
     assert verdict("maxent_order", tmp_path).answer == HOLDS

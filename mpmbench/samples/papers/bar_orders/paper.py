@@ -19,7 +19,7 @@ def bar_chapter(campaigns: Campaigns) -> Chapter:
 def second_order(runs: Runs) -> tuple[str, str]:
     """Order of MPM with linear functions: the answer, and a sentence with the number."""
     found = runs.order("bar", ERROR, method="mpm", basis="linear")
-    return (HOLDS if abs(found.order - 2.0) < 0.3 else FAILS), f"p = {found.order:.2f}"
+    return (HOLDS if abs(found.slope - 2.0) < 0.3 else FAILS), f"p = {found.slope:.2f}"
 
 
 PAPER = Paper(
