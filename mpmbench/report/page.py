@@ -18,6 +18,7 @@ from mpmbench.analysis.estimate import OrderEstimate
 from mpmbench.report import atlas, figures, profiles, style, tables
 from mpmbench.report.series import Study, further_studies, orders_of, studies
 from mpmbench.report.tables import Table
+from mpmbench.report.timing import timings
 from mpmbench.results.one_move import in_one_move
 from mpmbench.results.records import Campaign, read_campaign
 
@@ -200,15 +201,10 @@ def _section(study: Study, writer: Writer) -> Section:
     caption = "Every run by its status; a mark stands for a reason, and a place without colour for no run."
     section.draw("atlas", "Failure atlas", caption, atlas.atlas(study))
 
-    timing = tables.timings(study)
-    if not timing and (study.runs.status == "ok").any():
-        section.notes.append(
-            "No timing table: no run had the machine to itself (timing=exclusive)."
-        )
     found = [
         tables.orders(study, estimates),
         *(tables.errors(study, quantity) for quantity in ERRORS),
-        *(timing, atlas.reasons(study), tables.failures(study), tables.all_runs(study)),
+        *(timings(study), atlas.reasons(study), tables.failures(study), tables.all_runs(study)),
     ]
     section.tables += filter(None, found)
     return section

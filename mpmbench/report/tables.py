@@ -22,7 +22,7 @@ OVERVIEW = (
     "momentum_drift",
 )
 COUNTS = ("steps", "n_particles", "n_nodes", "n_cell_crossings")
-COSTS = ("solver_time", "compile_time", "wall_time", "peak_memory")
+COSTS = ("solver_time", "solver_cpu_time", "compile_time", "wall_time", "peak_memory")
 LATEX = {character: "\\" + character for character in "&%_#${}"} | {
     "\\": r"\textbackslash{}", "^": r"\^{}", "~": r"\textasciitilde{}", "<": "$<$", ">": "$>$",
     "±": r"$\pm$", "²": "$^2$", "³": "$^3$",
@@ -192,52 +192,10 @@ def _value_at(one: Series, value: float, quantity: str) -> Cell:
     return median(ok, quantity)
 
 
-def timings(study: Study) -> Table:
-    """Solver times of runs that had the machine to themselves, and ratios to linear MPM."""
-    values = study.values()
-    rows = []
-    missing_base = False
-    for one in study.series:
-        base = _baseline(study, one)
-        row: list[Any] = [one.label]
-        for value in values:
-            time = _time_at(one, value)
-            over = ratio(time, _time_at(base, value) if base is not None else Cell())
-            missing_base |= isinstance(time.value, float) and over.value == ""
-            row += [time, over]
-        if any(isinstance(cell.value, float) for cell in row[1:]):
-            rows.append(row)
-    columns = ["curve"]
-    for value in values:
-        columns += [f"{value:g} {study.axis.unit} [s]", "ratio"]
-    left_out = int(((study.runs.status == "ok") & (study.runs.timing_context != "exclusive")).sum())
-    note = (
-        "Solver time without compiling, median over repeats; ratio to MPM linear at the same size."
-    )
-    note += " A ratio is missing where MPM linear has no exclusive timing." if missing_base else ""
-    note += f" {left_out} runs that shared the machine are left out." if left_out else ""
-    numeric = range(1, len(columns))
-    return Table(f"{study.problem}-timings", "Solver time", columns, rows, note, numeric)
-
-
 def ratio(above: Cell, below: Cell) -> Cell:
     """Quotient of two cells with the files of both; empty unless both are numbers."""
     known = isinstance(above.value, float) and isinstance(below.value, float) and below.value != 0.0
     return Cell(above.value / below.value, above.files + below.files) if known else Cell()
-
-
-def _baseline(study: Study, one: Series) -> Series | None:
-    """Linear MPM with the same variant, otherwise lumped, otherwise the first."""
-    linear = [base for base in study.series if (base.method, base.basis) == ("mpm", "linear")]
-    same = [base for base in linear if base.variant == one.variant]
-    lumped = [base for base in linear if set(base.runs["mass"]) == {"lumped"}]
-    return next(iter(same or lumped or linear), None)
-
-
-def _time_at(one: Series, value: float) -> Cell:
-    runs = one.finite("solver_time")
-    runs = runs[(runs.axis_value == value) & (runs.timing_context == "exclusive")]
-    return median(runs, "solver_time")
 
 
 def failures(study: Study) -> Table:

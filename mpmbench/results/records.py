@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from mpmbench.results.timings import load_of
 from mpmbench.settings.trees import dotted
 
 ATTRIBUTES = (
@@ -45,8 +46,8 @@ class Campaign:
     ----------
     folder : Path
     runs : DataFrame
-        One row per readable file, index its name: the attributes of `ATTRIBUTES` and `NUMBERS`, and
-        all scalars.
+        One row per readable file, index its name: the attributes of `ATTRIBUTES` and `NUMBERS`, all
+        scalars, and as ``load`` how many processors were busy with other work.
     settings : DataFrame
         The configuration of each run, keys joined by dots (``method.mass``), bookkeeping left out;
         same index.
@@ -138,6 +139,7 @@ def _row(
         raise ValueError("no attribute 'status': not a result file of mpmbench")
     row: dict[str, Any] = {key: str(attributes.get(key, "")) for key in ATTRIBUTES}
     row |= {key: _number(attributes.get(key)) for key in NUMBERS}
+    row["load"] = load_of(attributes)
     for name, variable in dataset.data_vars.items():
         if variable.ndim == 0 and np.issubdtype(variable.dtype, np.number):
             row[str(name)] = float(variable.values)

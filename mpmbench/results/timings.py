@@ -43,10 +43,23 @@ def timings(attributes: Mapping[str, Any]) -> Timings:
     return Timings(wall, *(values if len(values) == len(wall) else unknown for values in others))
 
 
+def load_of(attributes: Mapping[str, Any]) -> float:
+    """Processors that were not there for a run, on average over its repeats; not a number if unknown."""
+    load, steal = (
+        np.atleast_1d(attributes.get(name, np.nan)).astype(float)
+        for name in ("load_by_others", "steal")
+    )
+    return mean_of_known(load + steal) if len(load) == len(steal) else float("nan")
+
+
 def mean_load(repeats: Sequence[Timings]) -> float:
-    """Processors that were not there for the runs, on average over all repeats; not a number if unknown."""
-    found = np.concatenate([np.zeros(0), *(one.load + one.steal for one in repeats)])
-    known = found[np.isfinite(found)]
+    """The same over all repeats of several runs."""
+    return mean_of_known(np.concatenate([np.zeros(0), *(one.load + one.steal for one in repeats)]))
+
+
+def mean_of_known(values: np.ndarray) -> float:
+    """Mean of the finite values; not a number when there are none."""
+    known = values[np.isfinite(values)]
     return float(known.mean()) if len(known) else float("nan")
 
 

@@ -122,11 +122,14 @@ def test_shared_timings_stay_out_of_the_table(tmp_path, write_run):
 
 
 @pytest.mark.usefixtures("only_svg")
-def test_without_exclusive_timings_there_is_a_note_instead_of_a_table(tmp_path, write_run):
+def test_without_exclusive_timings_the_table_is_indicative_and_says_how_to_get_a_real_one(
+    tmp_path, write_run
+):
     write_run(tmp_path, timing_context="shared", snapshot=False)
     text = build(tmp_path).read_text()
-    assert "No timing table" in text
-    assert not (tmp_path / "report" / "tables" / "bar_fixed_ends-timings.csv").exists()
+    assert "indicative only: the runs were not timed alone" in text
+    assert "timing=exclusive" in text
+    assert rows(tmp_path, "timings")
 
 
 @pytest.mark.slow

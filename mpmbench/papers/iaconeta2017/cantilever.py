@@ -12,12 +12,12 @@ from mpmbench.papers.parts import along, numbers, of_file, quantities, ticks, wi
 from mpmbench.report import style
 from mpmbench.report.figures import panels, single
 from mpmbench.report.tables import ratio
+from mpmbench.report.timing import Clock, clock_in
 
 SIZES = (16, 32, 64, 128, 800)
 STEPS = (1, 2, 5, 10, 20, 50)
 ROOT = 2.0**0.5
 RADII = (ROOT, 1.7, 2.0, 2.5, 3.0)
-COST = ("error_tip", "solver_time")
 # colour, marker and match of each curve of error against cost
 CLOUDS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "GMM-MLS": ("#CC79A7", "v", {"method": "gmm", "basis": "mls"}),
@@ -114,14 +114,16 @@ def radius_chapter(campaigns: Campaigns) -> Chapter:
     page.statement = "The paper uses R = sqrt(2) h and gamma = 1.8 throughout this example."
     figure, axes = panels(1, 2, 3.0)
     rows = []
+    clock = clock_in(campaigns, "radius")
     for axis, n in zip(axes[0], (32, 64), strict=True):
-        rows += _costs(axis, campaigns, n)
+        rows += _costs(axis, campaigns, n, clock)
     axes[0, 0].set_ylabel("relative error of the deflection")
     axes[0, 0].legend(fontsize=6)
     caption = "Numbers at the points are R / h. Moving least squares with R > sqrt(2) h are held by multipliers."
     page.draw("cost", "Error against cost", caption, figure)
     columns = ["method", "R / h", "h [m]", "relative error", "solver time [s]"]
-    page.tabulate("all", "All search radii", columns, rows, numeric=(3, 4))
+    title = clock.title("All search radii")
+    page.tabulate("all", title, columns, rows, numeric=(3, 4), note=clock.note)
     own = {"method": "gmm", "basis": "lme", "basis__gamma": 1.8, "resolution": 64}
     narrow, wide = (
         cell(campaigns, "radius", "error_tip", **own, basis__relative_radius=r) for r in (ROOT, 3.0)
@@ -134,14 +136,15 @@ def radius_chapter(campaigns: Campaigns) -> Chapter:
     return page
 
 
-def _costs(axis: Axes, campaigns: Campaigns, n: int) -> list[list[Any]]:
+def _costs(axis: Axes, campaigns: Campaigns, n: int, clock: Clock) -> list[list[Any]]:
     """Draw error against time on one mesh, and return the rows of the table."""
     rows: list[list[Any]] = []
+    wanted = ("error_tip", clock.quantity)
     for name, (colour, marker, match) in CLOUDS.items():
         points = []
         for radius in RADII:
             here = {**match, "basis__relative_radius": radius, "resolution": n}
-            cost = quantities(campaigns, "radius", COST, **here)
+            cost = quantities(campaigns, "radius", wanted, **here)
             if isinstance(cost[0].value, float):
                 points.append((1e3 * cost[1].value, cost[0].value))
                 rows.append([name, f"{radius:.3g}", f"{8.0 / n:g}", *cost])
@@ -151,7 +154,7 @@ def _costs(axis: Axes, campaigns: Campaigns, n: int) -> list[list[Any]]:
         if points:
             curve = zip(*points, strict=True)
             axis.loglog(*curve, marker, color=colour, label=name, ls="-")
-    fem = quantities(campaigns, "radius", COST, method="fem", resolution=n)
+    fem = quantities(campaigns, "radius", wanted, method="fem", resolution=n)
     error, time = numbers(fem)
     if np.isfinite([error, time]).all():
         axis.plot(time * 1e3, error, "o", color="#E69F00", label="UL-FEM")

@@ -9,11 +9,12 @@ from mpmbench.analysis.estimate import OrderEstimate, slopes_text
 from mpmbench.papers.kit import Campaigns
 from mpmbench.papers.wobbes2020.bars import as_paper
 from mpmbench.papers.wobbes2020.beyond import floor_growth
-from mpmbench.papers.wobbes2020.support import ERROR, METHODS, MOVING, PAIRS, STRESS, TIME, method
+from mpmbench.papers.wobbes2020.support import ERROR, METHODS, MOVING, PAIRS, STRESS, method
 from mpmbench.papers.wobbes2020.survival import CUTOFFS, LAYOUTS, NODES, SIGNS
 from mpmbench.papers.wobbes2020.table1 import PAPER, ratios
 from mpmbench.report.claims import Claims, Evidence, MissingRuns, Runs
 from mpmbench.report.tables import number_text
+from mpmbench.report.timing import clock_in
 
 TRACTIONS = ("last_particle", "end_point")
 AS_PAPER = "when MPM carries the load on its last particle"
@@ -252,17 +253,18 @@ def cheaper_82(runs: Runs) -> Answer:
 
 def _cheaper(runs: Runs, campaign: str, factor: float, where: dict[str, int]) -> Answer:
     gains: dict[str, list[float]] = {}
+    clock = clock_in(runs.campaigns, campaign).quantity
     for maxent, spline in (("MPM-maxent", "BSMPM"), ("OTM-maxent", "unified")):
         place: dict[str, str] = {}
         if campaign == "fig7":
             place = {"method__traction": "end_point" if maxent in MOVING else "last_particle"}
         fast = runs.number(
-            campaign, TIME, **method(spline), timing_context="exclusive", **where, **place
+            campaign, clock, **method(spline), timing_context="exclusive", **where, **place
         )
         for search in ("all", "local"):
             match = method(maxent, timing_context="exclusive", basis__search=search)
             gains.setdefault(search, []).append(
-                runs.number(campaign, TIME, **match, **where, **place) / fast
+                runs.number(campaign, clock, **match, **where, **place) / fast
             )
     everywhere, near = (" and ".join(f"{gain:.1f}" for gain in found) for found in gains.values())
     because = (

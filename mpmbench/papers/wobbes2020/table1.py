@@ -9,7 +9,9 @@ from mpmbench.papers.wobbes2020.support import METHODS, TIME, method, searched
 from mpmbench.report import style
 from mpmbench.report.figures import log_ticks, single
 from mpmbench.report.tables import Cell, median
+from mpmbench.report.timing import Clock, clock_of
 from mpmbench.results.records import Campaign, open_result
+from mpmbench.results.timings import timings
 
 CELLS = {31: "32 nodes", 511: "512 nodes"}
 PAPER = {
@@ -23,19 +25,22 @@ def ratios(
 ) -> tuple[np.ndarray, tuple[str, ...]]:
     """Solver time of a method over that of linear MPM, one value for each repeat, and the files.
 
+    On a machine under load these are CPU times.
+
     The methods take turns with their repeats, so the two times of a quotient were measured soon
     after each other.
     """
-    file, times = _times(campaign, name, cells, search)
-    base, base_times = _times(campaign, "MPM-P1", cells)
+    clock = clock_of(campaign.runs)
+    file, times = _times(campaign, clock, name, cells, search)
+    base, base_times = _times(campaign, clock, "MPM-P1", cells)
     repeats = min(len(times), len(base_times))
-    return np.array(times[:repeats]) / np.array(base_times[:repeats]), (file, base)
+    return times[:repeats] / base_times[:repeats], (file, base)
 
 
 def _times(
-    campaign: Campaign, name: str, cells: int, search: str = "local"
-) -> tuple[str, list[float]]:
-    """File and solver times of all repeats of one run [s].
+    campaign: Campaign, clock: Clock, name: str, cells: int, search: str = "local"
+) -> tuple[str, np.ndarray]:
+    """File and times in the solver of all repeats of one run [s].
 
     Raises
     ------
@@ -46,8 +51,9 @@ def _times(
     found = subset(campaign, **match, **searched(name, search)).runs
     file = str(found.index[0])
     with open_result(campaign.folder / file) as dataset:
-        times = np.atleast_1d(dataset.attrs.get("solver_times", found[TIME].to_numpy()[:1]))
-    return file, [float(time) for time in times]
+        repeats = timings(dataset.attrs)
+    times = repeats.wall if clock.quantity == TIME else repeats.cpu
+    return file, times if len(times) else found[clock.quantity].to_numpy()[:1]
 
 
 def table1_chapter(campaigns: Campaigns) -> Chapter:
@@ -108,30 +114,33 @@ def _ratios(page: Chapter, campaign: Campaign) -> None:
         "nodes; bars: smallest and largest repeat; crosses: the paper."
     )
     page.draw("ratios", "Times over those of linear MPM", caption, figure)
+    clock = clock_of(campaign.runs)
     columns = ["method"]
     for nodes in CELLS.values():
         columns += [f"{nodes}: paper", "here", "range"]
     note = (
         "Medians over repeats that take turns, and the smallest and largest quotient; compiling is "
-        "not counted. Absolute times of MPM-P1 are in the next table."
+        f"not counted. Absolute times of MPM-P1 are in the next table. {clock.note}"
     )
-    title = "Solver time over that of MPM-P1"
+    title = clock.title("Solver time over that of MPM-P1")
     page.tabulate("ratios", title, columns, rows, numeric=range(1, 7), note=note)
 
 
 def _seconds(page: Chapter, campaign: Campaign) -> None:
     """Medians in seconds, per step and particle."""
     rows = []
+    clock = clock_of(campaign.runs)
     for label, name, search in variants():
         row: list[Any] = [label]
         for cells in CELLS:
             match = method(name, resolution=cells, status="ok", **searched(name, search))
             runs = subset(campaign, **match).runs
-            time = median(runs, TIME)
+            time = median(runs, clock.quantity)
             work = float((runs.steps * runs.n_particles).median())
             row += [time, Cell(1e9 * time.value / work, time.files)]
         rows.append(row)
     columns = ["method"]
     for nodes in CELLS.values():
         columns += [f"{nodes} [s]", "per particle and step [ns]"]
-    page.tabulate("seconds", "Solver time", columns, rows, numeric=(1, 2, 3, 4))
+    title = clock.title("Solver time")
+    page.tabulate("seconds", title, columns, rows, numeric=(1, 2, 3, 4), note=clock.note)
