@@ -8,7 +8,7 @@ from statistics import median
 
 import numpy as np
 
-from benchmarks import reference
+from benchmarks import mutants, reference
 from benchmarks.campaigns import campaign, overhead, program, seconds_of
 from benchmarks.measure import REPEATS, interleaved, plate
 from benchmarks.power import power
@@ -160,6 +160,8 @@ SECTIONS = {
 if __name__ == "__main__":
     if sys.argv[1:2] == ["reference"]:
         sys.exit(reference.main(sys.argv[2:]))
+    if sys.argv[1:2] == ["mutants"]:
+        sys.exit(mutants.main(sys.argv[2:]))
     chosen = sys.argv[1:] or list(SECTIONS)
     unknown = [name for name in chosen if name not in SECTIONS]
     if unknown:

@@ -1,0 +1,349 @@
+"""Whether the tests notice changes of the program: ``python -m benchmarks mutants --seed 1 --count 100``.
+
+Each mutant is one small change of one file in a copy of the sources. The tests that are nearest to
+the file run first; what they let live may be run against the whole suite (``--whole``). Results go
+to a file of JSON lines, and a mutant in it is not run again. Kernels that do not depend on the
+changed file are taken from the cache of the unchanged sources.
+"""
+
+import argparse
+import ast
+import hashlib
+import json
+import os
+import pickle
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numba
+import yaml
+from numba.core.serialize import dumps
+
+from benchmarks.mutations import Mutant, draw
+
+CHECKOUT = Path(__file__).parents[1]
+LISTS = Path(__file__).with_suffix(".yaml")  # named mutants, and those that change no result
+COPIED = ("mpmbench", "tests", "benchmarks", "conf", "experiments", "examples", "reports")
+LIMIT = 300.0  # seconds for the near tests of one mutant
+WHOLE_LIMIT = 3600.0
+NEAR: dict[str, str] = {  # the longest beginning of a path counts
+    "analysis": "analysis report/test_series.py report/test_claims.py",
+    "core": "core/test_geometry.py core/test_setting.py core/test_carry.py core/test_loops.py "
+    "core/test_transfers.py core/test_tracers.py problems/test_plate_axis_aligned.py "
+    "problems/test_bar_dynamic_traction.py",
+    "core/bases": "core/test_bases.py core/test_product_grid.py core/test_simplices.py",
+    "core/bases/clouds": "core/implicit/test_clouds.py core/test_bases.py",
+    "core/bases/entropy": "core/test_maxent.py core/test_local_maxent.py core/test_bases.py",
+    "core/compiled": "core/test_materials.py core/test_bases.py core/test_carry.py "
+    "core/test_maxent.py core/implicit/test_tangents.py",
+    "core/energies": "core/test_loops.py problems/test_bar_dynamic_traction.py",
+    "core/implicit": "core/implicit/test_static.py core/implicit/test_dynamic.py "
+    "core/test_tracers.py",
+    "core/loops": "core/test_carry.py core/test_loops.py core/test_transfers.py "
+    "core/test_tracers.py problems/test_bar_dynamic_traction.py",
+    "core/loops/newmark": "core/implicit/test_dynamic.py",
+    "core/loops/implicit": "core/implicit/test_static.py core/implicit/test_dynamic.py",
+    "core/loops/static": "core/implicit/test_static.py",
+    "core/loops/sph": "core/test_loops.py problems/test_elastic_bar_tension.py",
+    "core/materials": "core/test_materials.py core/implicit/test_tangents.py",
+    "core/matrix": "core/matrix core/test_carry.py core/test_transfers.py core/test_tracers.py "
+    "problems/test_bar_dynamic_traction.py",
+    "core/matrix/blocks": "core/implicit/test_static.py core/implicit/test_dynamic.py",
+    "core/matrix/conjugate": "core/matrix core/implicit/test_static.py",
+    "core/matrix/pattern": "core/matrix core/implicit/test_static.py",
+    "core/moved": "core/test_moved.py",
+    "core/registry": "core/test_moved.py settings runs/test_check.py runs/test_plugins.py",
+    "core/setting": "core/test_setting.py settings",
+    "core/transfer": "core/test_carry.py core/test_loops.py core/test_transfers.py "
+    "core/test_tracers.py problems/test_bar_dynamic_traction.py",
+    "problems": "runs/test_check.py",
+    "problems/cantilever": "core/implicit/test_static.py core/implicit/test_dynamic.py",
+    "problems/lme": "core/test_local_maxent.py runs/test_check.py",
+    "problems/patch": "core/implicit/test_clouds.py runs/test_check.py",
+    "problems/rolling": "core/implicit/test_clouds.py runs/test_check.py",
+    "problems/soil": "core/implicit/test_dynamic.py",
+    "report": "report",
+    "runs/hydra": "runs/test_compose.py runs/test_bad_input.py runs/test_sweep.py "
+    "runs/test_properties.py",
+    "runs/process": "runs/test_environment.py runs/test_load.py runs/test_reasons.py "
+    "runs/test_turns.py runs/test_single.py runs/test_failures.py",
+    "runs/sweep": "runs/test_sweep.py runs/test_session.py runs/test_single.py "
+    "runs/test_live.py runs/test_result.py runs/test_failures.py",
+}
+
+
+def near_tests(path: str) -> list[str]:
+    """Test files for a file of the package, those that import it or bear its name first."""
+    key = max((key for key in NEAR if path.startswith(key)), key=len)
+    files: list[Path] = []
+    for name in NEAR[key].split():
+        place = CHECKOUT / "tests" / name
+        files += sorted(place.rglob("test_*.py")) if place.is_dir() else [place]
+    own = CHECKOUT / "tests" / Path(path).parent / f"test_{Path(path).stem}.py"
+    module = f"mpmbench.{path[:-3].replace('/', '.')}".removesuffix(".__init__")
+    if own.exists():
+        files.append(own)
+    ordered = sorted(
+        dict.fromkeys(files), key=lambda file: (file != own, module not in imports(file))
+    )
+    return [str(file.relative_to(CHECKOUT)) for file in ordered]
+
+
+def imports(file: Path) -> set[str]:
+    """Modules that a file imports, by their full names."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(file.read_bytes())):
+        if isinstance(node, ast.Import):
+            found.update(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found.update({node.module, *(f"{node.module}.{alias.name}" for alias in node.names)})
+    return found
+
+
+def dependents(path: str) -> list[Path]:
+    """A file of the package and all files that import it, directly or not."""
+    files = {
+        ".".join(file.relative_to(CHECKOUT).with_suffix("").parts).removesuffix(".__init__"): file
+        for room in ("mpmbench", "tests", "benchmarks")
+        for file in (CHECKOUT / room).rglob("*.py")
+    }
+    imported = {name: imports(file) for name, file in files.items()}
+    found = {f"mpmbench.{path[:-3].replace('/', '.')}".removesuffix(".__init__")}
+    while more := {name for name, modules in imported.items() if modules & found} - found:
+        found |= more
+    return [files[name] for name in found]
+
+
+class Copy:
+    """A copy of the sources with a cache of kernels, where files may be changed one at a time."""
+
+    def __init__(self, scratch: Path) -> None:
+        self.tree, self.cache = scratch / "tree", scratch / "cache"
+        for name in COPIED:
+            shutil.rmtree(self.tree / name, ignore_errors=True)
+            skipped = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(CHECKOUT / name, self.tree / name, ignore=skipped)  # keeps times
+        for file in CHECKOUT.glob("*.*"):
+            if file.is_file():
+                shutil.copy2(file, self.tree)
+        self.environment = os.environ | {
+            "PYTHONPATH": str(self.tree),
+            "XDG_CACHE_HOME": str(self.cache),
+            "PYTHONDONTWRITEBYTECODE": "1",  # a change within a second would not be seen
+        }
+        self.pristine = self.kernels()
+        self.green = scratch / "green.txt"
+
+    def kernels(self) -> Path:
+        """Folder of the compiled kernels of the sources as they are."""
+        code = "from mpmbench.runs.process.environment import cache_folder; print(cache_folder())"
+        words = [sys.executable, "-c", code]
+        said = subprocess.run(
+            words, cwd=self.tree, env=self.environment, capture_output=True, text=True, check=True
+        )
+        return Path(said.stdout.strip())
+
+    def run(self, tests: Iterable[str], limit: float, *options: str) -> tuple[str, str, float]:
+        """Outcome, the first test that failed, and seconds."""
+        words = ["-m", "pytest", "-x", "-q", "-rfE", "-p", "no:cacheprovider", "-W", "ignore"]
+        start = time.perf_counter()
+        with subprocess.Popen(
+            [sys.executable, *words, *options, *tests],
+            cwd=self.tree,
+            env=self.environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            start_new_session=True,
+        ) as process:
+            try:
+                said = process.communicate(timeout=limit)[0]
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)
+                return "timeout", "", time.perf_counter() - start
+        seconds = time.perf_counter() - start
+        failed = [line for line in said.splitlines() if line.startswith(("FAILED", "ERROR"))]
+        if process.returncode == 0:
+            return "survived", "", seconds
+        if process.returncode in (4, 5):
+            raise RuntimeError(said)
+        return "killed", failed[0].split(" - ")[0] if failed else said[-200:], seconds
+
+    def expect_green(self, tests: list[str]) -> None:
+        """Run tests once on the unchanged sources, which also compiles what they need.
+
+        Raises
+        ------
+        RuntimeError
+            When one of them fails.
+        """
+        known = self.green.read_text(encoding="utf-8").split() if self.green.exists() else []
+        for test in tests:
+            text = (self.tree / test).read_text(encoding="utf-8")
+            key = hashlib.sha256(f"{self.pristine}{test}{text}".encode()).hexdigest()
+            if key in known:
+                continue
+            outcome, by, seconds = self.run([test], WHOLE_LIMIT, "-n", "0")
+            print(f"{outcome} unchanged in {seconds:.0f} s: {test}", flush=True)
+            if outcome != "survived":
+                raise RuntimeError(f"a test fails without a change: {by}")
+            with self.green.open("a", encoding="utf-8") as stream:
+                stream.write(f"{key}\n")
+
+    def test(self, path: str, change: Callable[[str], str], tests: list[str], whole: bool) -> Any:
+        """Run tests with one file changed."""
+        file = self.tree / "mpmbench" / path
+        source, times = file.read_text(encoding="utf-8"), file.stat()
+        file.write_text(change(source), encoding="utf-8")
+        folder = self.pristine
+        try:
+            folder = self.kernels()
+            if folder != self.pristine:
+                shutil.rmtree(folder, ignore_errors=True)
+                shutil.copytree(self.pristine, folder, copy_function=os.link)
+                forget(folder, dependents(path))
+            if whole:
+                return self.run([], WHOLE_LIMIT)
+            return self.run(tests, LIMIT, "-n", "0")
+        except subprocess.CalledProcessError as error:  # it does not even import
+            return "killed", error.stderr.strip().splitlines()[-1][:200], 0.0
+        finally:
+            file.write_text(source, encoding="utf-8")
+            os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))
+            if folder != self.pristine:
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+def forget(folder: Path, changed: list[Path]) -> None:
+    """Remove kernels of changed files, and those for handles and laws that these define.
+
+    numba keeps an index per function, which tells the types of the arguments of each version.
+    """
+    classes = [
+        node.name
+        for file in changed
+        for node in ast.walk(ast.parse(file.read_bytes()))
+        if isinstance(node, ast.ClassDef)
+    ]
+    ours = {(file.parent.name, file.stem) for file in changed}
+    for file in folder.glob("*/*.nbi"):
+        if (file.parent.name.rpartition("_")[0], file.name.partition(".")[0]) in ours:
+            file.unlink()
+            continue
+        with file.open("rb") as stream:
+            version, rest = pickle.load(stream), stream.read()
+        assert version == numba.__version__
+        try:
+            stamp, versions = pickle.loads(rest)
+        except Exception:  # types of a module that is known to tests only
+            file.unlink()
+            continue
+        kept = {
+            key: data
+            for key, data in versions.items()
+            if not any(name in str(key[0]) for name in classes)
+        }
+        if len(kept) < len(versions):
+            file.unlink()  # a link: the original stays
+            with file.open("wb") as stream:
+                pickle.dump(version, stream, protocol=-1)
+                stream.write(dumps((stamp, kept)))
+
+
+def named(lists: dict[str, Any]) -> list[Mutant]:
+    """The mutants that the list gives by their text, which must stand once in the file."""
+    found = []
+    for entry in lists["named"]:
+        path, before, after = entry["path"], entry["before"], entry["after"]
+        source = (CHECKOUT / "mpmbench" / path).read_text(encoding="utf-8")
+        if source.count(before) != 1:
+            sys.exit(f"{path} has {before!r} {source.count(before)} times, where once is needed")
+        start = source.index(before)
+        line = source.count("\n", 0, start) + 1
+        found.append(Mutant(path, start, before, after, "named", line, "", entry["says"]))
+    return found
+
+
+def table(records: list[dict[str, Any]], equivalent: dict[str, str]) -> str:
+    """Counts by room, and the survivors."""
+    rooms = sorted({record["path"].split("/")[0] for record in records})
+    lines = [f"{'':10}{'killed':>8}{'timeout':>8}{'survived':>9}{'equivalent':>11}{'score':>7}"]
+    for room in [*rooms, ""]:
+        of_room = [r for r in records if r["path"].startswith(room)]
+        count = Counter(
+            "equivalent" if r["outcome"] == "survived" and r["name"] in equivalent else r["outcome"]
+            for r in of_room
+        )
+        noticed = count["killed"] + count["timeout"]
+        share = noticed / max(1, noticed + count["survived"])
+        numbers = f"{count['survived']:9}{count['equivalent']:11}{share:7.0%}"
+        lines.append(f"{room or 'all':10}{count['killed']:8}{count['timeout']:8}{numbers}")
+    for record in records:
+        if record["outcome"] == "survived" and record["name"] not in equivalent:
+            lines.append(describe(record))
+    return "\n".join(lines)
+
+
+def describe(record: dict[str, Any]) -> str:
+    """One line for one mutant."""
+    change = f"{' '.join(record['before'].split())!r} -> {record['after']!r}"
+    place = f"{record['path']}:{record['line']}"
+    return f"{record['outcome']:9}{record['name']} {place} {change[:110]} | {record['text'][:90]}"
+
+
+def arguments(words: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser("python -m benchmarks mutants", description=__doc__)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--named", action="store_true", help="those of the list instead of a draw")
+    parser.add_argument("--only", default="", help="part of the path, name or text of mutants")
+    parser.add_argument("--again", action="store_true", help="run survivors once more")
+    parser.add_argument("--whole", action="store_true", help="survivors against the whole suite")
+    parser.add_argument("--show", action="store_true", help="only the table of what is there")
+    parser.add_argument("--results", type=Path, default=Path("mutants.jsonl"))
+    parser.add_argument("--scratch", type=Path, required="--show" not in words, help="a folder")
+    return parser.parse_args(words)
+
+
+def main(words: list[str]) -> int:
+    """Run what is not in the results, and print the table."""
+    chosen = arguments(words)
+    lists = yaml.safe_load(LISTS.read_text(encoding="utf-8"))
+    equivalent = {entry["name"]: entry["reason"] for entry in lists["equivalent"]}
+    drawn = draw(CHECKOUT / "mpmbench", chosen.seed)
+    mutants = named(lists) if chosen.named else list(islice(drawn, chosen.count))
+    mutants = [m for m in mutants if chosen.only in f"{m.path} {m.name} {m.text}"]
+    known: dict[str, dict[str, Any]] = {}
+    if chosen.results.exists():
+        for line in chosen.results.read_text(encoding="utf-8").splitlines():
+            record = json.loads(line)
+            known[record["name"]] = record
+    copy = None
+    for mutant in [] if chosen.show else mutants:
+        before = known.get(mutant.name)
+        repeat = chosen.again or (chosen.whole and not (before or {}).get("whole"))
+        alive = before and before["outcome"] == "survived" and mutant.name not in equivalent
+        if before and not (alive and repeat):
+            continue
+        copy = copy or Copy(chosen.scratch.absolute())
+        tests, whole = near_tests(mutant.path), bool(before and chosen.whole)
+        if not whole:
+            copy.expect_green(tests)
+        outcome, by, seconds = copy.test(mutant.path, mutant.apply, tests, whole)
+        record = {key: value for key, value in vars(mutant).items() if key != "start"}
+        record |= {"name": mutant.name, "outcome": outcome, "by": by, "whole": whole}
+        record["seconds"] = round(seconds, 1)
+        known[mutant.name] = record
+        with chosen.results.open("a", encoding="utf-8") as stream:
+            stream.write(json.dumps(record) + "\n")
+        print(describe(record), f"| {by} | {seconds:.0f} s", flush=True)
+    print(table([known[m.name] for m in mutants if m.name in known], equivalent))
+    return 0
