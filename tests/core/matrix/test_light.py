@@ -7,9 +7,10 @@ import pytest
 
 from mpmbench.core import registry
 from mpmbench.core.geometry import Box
-from mpmbench.core.matrix.band import BandMass
+from mpmbench.core.loops.explicit import Explicit
+from mpmbench.core.matrix.band import BandMass, factorise
 from mpmbench.core.matrix.light import LightNodes
-from mpmbench.core.matrix.mass import LumpedMass
+from mpmbench.core.matrix.mass import LumpedMass, make_mass
 from mpmbench.core.matrix.sparse import DirectMass, SparseMass
 from mpmbench.core.particles import SEEN, Particles
 from mpmbench.core.transfer.sums import p2g_mass
@@ -139,3 +140,25 @@ def test_held_nodes_are_not_light() -> None:
     nodes = LightNodes(CUTOFF, fixed)
     assert not nodes.find(functions, p, m_i, m_i)
     assert not nodes.light.any()
+
+
+@pytest.mark.parametrize(("mass", "order"), (("lumped", 1.0), ("consistent", 2.0)))
+def test_the_cut_off_of_a_method_is_the_share_of_a_particle(mass: str, order: float) -> None:
+    """A node ten times lighter than the cut-off is light, and one ten times heavier is not."""
+    cutoff = Explicit.mass_cutoff
+    for share, light in ((0.1, True), (10.0, False)):
+        phi = (share * cutoff) ** (1.0 / order)  # of the node at 4 m at the last particle
+        p = Particles.at_rest(np.array([[1.3], [1.7], [2.5], [3.0 + phi]]), np.ones(4), 1.0)
+        functions = registry.get("basis", "linear")().build(Box((0.0,), (5.0,), (5,)), 4, False)
+        functions.locate(p.x)
+        fixed = np.zeros((6, 1), dtype=bool)
+        chosen = make_mass(Explicit(mass=mass), fixed, functions, p)
+        chosen.assemble(functions, p, row_sums(functions, p))
+        assert isinstance(chosen, LumpedMass if mass == "lumped" else BandMass)
+        assert chosen.light_nodes.light.tolist() == [False] * 4 + [light, False]
+
+
+@pytest.mark.parametrize(("pivot", "row"), ((1e-12, -1), (1e-14, 1)))
+def test_a_band_is_singular_where_a_pivot_is_round_off(pivot: float, row: int) -> None:
+    band = np.array([[1.0, 0.0], [1.0 + pivot, 1.0]])
+    assert factorise(band, np.zeros(2, dtype=bool), np.zeros((2, 2))) == row
