@@ -19,6 +19,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
+from functools import cache
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -36,34 +37,33 @@ LIMIT = 300.0  # seconds for the near tests of one mutant
 WHOLE_LIMIT = 3600.0
 NEAR: dict[str, str] = {  # the longest beginning of a path counts
     "analysis": "analysis report/test_series.py report/test_claims.py",
-    "core": "core/test_geometry.py core/test_setting.py core/test_carry.py core/test_loops.py "
-    "core/test_transfers.py core/test_tracers.py problems/test_plate_axis_aligned.py "
-    "problems/test_bar_dynamic_traction.py",
+    "core": "core/test_carry.py core/test_energy.py core/test_limits.py core/test_loops.py "
+    "core/test_tracers.py core/test_transfers.py",
+    "core/geometry": "core/test_geometry.py core/test_simplices.py core/implicit/test_clouds.py",
     "core/bases": "core/test_bases.py core/test_product_grid.py core/test_simplices.py",
     "core/bases/clouds": "core/implicit/test_clouds.py core/test_bases.py",
     "core/bases/entropy": "core/test_maxent.py core/test_local_maxent.py core/test_bases.py",
     "core/compiled": "core/test_materials.py core/test_bases.py core/test_carry.py "
     "core/test_maxent.py core/implicit/test_tangents.py",
-    "core/energies": "core/test_loops.py problems/test_bar_dynamic_traction.py",
+    "core/energies": "core/test_energy.py core/test_loops.py",
     "core/implicit": "core/implicit/test_static.py core/implicit/test_dynamic.py "
     "core/test_tracers.py",
-    "core/loops": "core/test_carry.py core/test_loops.py core/test_transfers.py "
-    "core/test_tracers.py problems/test_bar_dynamic_traction.py",
+    "core/loops": "core/test_carry.py core/test_energy.py core/test_limits.py core/test_loops.py "
+    "core/test_tracers.py core/test_transfers.py",
     "core/loops/newmark": "core/implicit/test_dynamic.py",
     "core/loops/implicit": "core/implicit/test_static.py core/implicit/test_dynamic.py",
     "core/loops/static": "core/implicit/test_static.py",
     "core/loops/sph": "core/test_loops.py problems/test_elastic_bar_tension.py",
     "core/materials": "core/test_materials.py core/implicit/test_tangents.py",
-    "core/matrix": "core/matrix core/test_carry.py core/test_transfers.py core/test_tracers.py "
-    "problems/test_bar_dynamic_traction.py",
+    "core/matrix": "core/matrix core/test_carry.py core/test_energy.py core/test_limits.py",
     "core/matrix/blocks": "core/implicit/test_static.py core/implicit/test_dynamic.py",
     "core/matrix/conjugate": "core/matrix core/implicit/test_static.py",
     "core/matrix/pattern": "core/matrix core/implicit/test_static.py",
     "core/moved": "core/test_moved.py",
     "core/registry": "core/test_moved.py settings runs/test_check.py runs/test_plugins.py",
     "core/setting": "core/test_setting.py settings",
-    "core/transfer": "core/test_carry.py core/test_loops.py core/test_transfers.py "
-    "core/test_tracers.py problems/test_bar_dynamic_traction.py",
+    "core/transfer": "core/test_carry.py core/test_energy.py core/test_limits.py "
+    "core/test_loops.py core/test_tracers.py core/test_transfers.py",
     "problems": "runs/test_check.py",
     "problems/cantilever": "core/implicit/test_static.py core/implicit/test_dynamic.py",
     "problems/lme": "core/test_local_maxent.py runs/test_check.py",
@@ -97,6 +97,7 @@ def near_tests(path: str) -> list[str]:
     return [str(file.relative_to(CHECKOUT)) for file in ordered]
 
 
+@cache
 def imports(file: Path) -> set[str]:
     """Modules that a file imports, by their full names."""
     found: set[str] = set()
@@ -122,11 +123,18 @@ def dependents(path: str) -> list[Path]:
     return [files[name] for name in found]
 
 
+def contents(tree: Path) -> dict[str, bytes]:
+    """The files of the package, by their paths in it."""
+    package = tree / "mpmbench"
+    return {str(file.relative_to(package)): file.read_bytes() for file in package.rglob("*.py")}
+
+
 class Copy:
     """A copy of the sources with a cache of kernels, where files may be changed one at a time."""
 
     def __init__(self, scratch: Path) -> None:
         self.tree, self.cache = scratch / "tree", scratch / "cache"
+        before = contents(self.tree)
         for name in COPIED:
             shutil.rmtree(self.tree / name, ignore_errors=True)
             skipped = shutil.ignore_patterns("__pycache__")
@@ -139,8 +147,20 @@ class Copy:
             "XDG_CACHE_HOME": str(self.cache),
             "PYTHONDONTWRITEBYTECODE": "1",  # a change within a second would not be seen
         }
+        self.green, last = scratch / "green.txt", scratch / "kernels.txt"
         self.pristine = self.kernels()
-        self.green = scratch / "green.txt"
+        old = Path(last.read_text(encoding="utf-8")) if last.exists() else self.pristine
+        if old != self.pristine and old.exists():  # keep what does not depend on what changed
+            now = contents(self.tree)
+            changed = [path for path, text in now.items() if before.get(path) != text]
+            self.start_from(old, self.pristine, changed)
+        last.write_text(str(self.pristine), encoding="utf-8")
+
+    def start_from(self, old: Path, new: Path, changed: list[str]) -> None:
+        """Fill a folder with the kernels of another one that do not depend on changed files."""
+        shutil.rmtree(new, ignore_errors=True)
+        shutil.copytree(old, new, copy_function=os.link)
+        forget(new, [file for path in changed for file in dependents(path)])
 
     def kernels(self) -> Path:
         """Folder of the compiled kernels of the sources as they are."""
@@ -169,6 +189,9 @@ class Copy:
             except subprocess.TimeoutExpired:
                 os.killpg(process.pid, signal.SIGKILL)
                 return "timeout", "", time.perf_counter() - start
+            except BaseException:
+                os.killpg(process.pid, signal.SIGKILL)
+                raise
         seconds = time.perf_counter() - start
         failed = [line for line in said.splitlines() if line.startswith(("FAILED", "ERROR"))]
         if process.returncode == 0:
@@ -207,9 +230,7 @@ class Copy:
         try:
             folder = self.kernels()
             if folder != self.pristine:
-                shutil.rmtree(folder, ignore_errors=True)
-                shutil.copytree(self.pristine, folder, copy_function=os.link)
-                forget(folder, dependents(path))
+                self.start_from(self.pristine, folder, [path])
             if whole:
                 return self.run([], WHOLE_LIMIT)
             return self.run(tests, LIMIT, "-n", "0")
@@ -316,6 +337,7 @@ def arguments(words: list[str]) -> argparse.Namespace:
 def main(words: list[str]) -> int:
     """Run what is not in the results, and print the table."""
     chosen = arguments(words)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # the changed file is put back
     lists = yaml.safe_load(LISTS.read_text(encoding="utf-8"))
     equivalent = {entry["name"]: entry["reason"] for entry in lists["equivalent"]}
     drawn = draw(CHECKOUT / "mpmbench", chosen.seed)
