@@ -19,7 +19,7 @@ SETTINGS = {"basis": "linear", "problem": "bar_fixed_ends"}
 def cube(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(tmp_path_factory.mktemp("api"))
-        yield mpmbench.sweep(method=["mpm", "otm"], resolution=[4, 8], **SETTINGS)
+        yield mpmbench.sweep(method=["mpm", "otm"], resolution=[4, 8], report=False, **SETTINGS)
 
 
 def test_a_run_is_that_of_the_command_line_and_is_not_computed_twice(cube, capsys, monkeypatch):

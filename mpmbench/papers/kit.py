@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from mpmbench.report import figures, tables
+from mpmbench.report import coincide, figures, tables
 from mpmbench.report.claims import Claim, MissingRuns, Runs, column_of
 from mpmbench.report.series import Study, orders_of, studies
 from mpmbench.report.tables import Cell, Table
@@ -118,10 +118,13 @@ class Chapter:
                 continue
             what = quantity.removeprefix("error_").removesuffix("_rms")
             words = re.sub(r"_l[12]_max$", "", what).replace("_", " ")
-            caption = figures.ORDERS_CAPTION if orders else ""
+            caption = coincide.caption(study, quantity, figure)
             self.draw(f"{prefix}{what}", f"{words.capitalize()} error{more}", caption, figure)
             table = tables.errors(study, quantity)
             self.add(table, name=f"{prefix}{what}", title=table.title + more)
+        more_differs = coincide.differing(study)
+        if more_differs and more_differs not in self.notes:
+            self.notes.append(more_differs)
         table = tables.orders(study, estimates)
         self.add(table, name=f"{prefix}orders", title=table.title + more)
 

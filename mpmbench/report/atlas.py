@@ -71,7 +71,7 @@ def atlas(study: Study) -> Figure:
     text_lines = -(-len(shown) // beside)
     labels, title = column_labels(study, keys)
     longest = max(len(line) for label in rows for line in label.splitlines())
-    title = wrapped(title, int((width - 0.3) / CHARACTER) - longest)
+    title = wrapped(title, max(12, int((width - 0.3) / CHARACTER) - longest))
     text_lines += title.count("\n") + 1
     upright = any(len(label) > 3 for label in labels)
     below = LINE * text_lines + (CHARACTER * max(map(len, labels)) if upright else LINE) + 0.25
@@ -103,7 +103,8 @@ def atlas(study: Study) -> Figure:
 def row_of(one: Series) -> str:
     """Name of a curve without what the columns say."""
     variant = tuple(part for part in one.variant if part[0] not in ("time_step", "resolution"))
-    return ", ".join(filter(None, [series_name(one.method, one.basis), variant_name(variant)]))
+    name = ", ".join(filter(None, [series_name(one.method, one.basis), variant_name(variant)]))
+    return f"{name} ({', '.join(one.choices)})" if one.choices else name
 
 
 Key = tuple[float, float, float]

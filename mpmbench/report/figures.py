@@ -13,17 +13,16 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 from mpmbench.analysis.estimate import OrderEstimate, slopes_text
-from mpmbench.analysis.slopes import fitted_order
 from mpmbench.report import style
-from mpmbench.report.series import Series, Study, series_name, variant_name
+from mpmbench.report.coincide import depths
+from mpmbench.report.series import BASIS_NAMES, METHOD_NAMES, Series, Study, variant_name
+from mpmbench.report.triangles import slope_triangles
 
 SQUARE = 2.8  # height of a figure without its legend [in]
 LEGEND_LINE = 0.145  # height of one line of a legend [in]
 LEGEND_WIDTH = 54  # characters
-MOST_FLOORS = 3  # predicted floors that a legend lists one by one
-CLOSE_SLOPE = 0.15  # a curve this close to a whole or half order gets its triangle
-MOST_ENTRIES = 12  # curves that a legend lists one by one
-ORDERS_CAPTION = "Behind each curve its least-squares slope, with the range of its local slopes."
+MOST_FLOORS = 3  # errors of time integration that a legend lists one by one
+MOST_ROWS = 10  # of a legend that lists curves one by one
 Orders = dict[str, OrderEstimate]
 
 
@@ -47,18 +46,19 @@ def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
         return None
     figure, axes = single(SQUARE)
     handles: list[Line2D] = []
+    under = depths(study, quantity)
     for one in shown:
         curve = one.finite(quantity).groupby("axis_value", sort=False)[quantity].median()
-        label = one.label
+        label = one.name
         if one.label in orders and len(orders[one.label].local):
             label += f": {slopes_text(orders[one.label])}"
-        handles += axes.loglog(
-            curve.index, curve, label=label, **style.line(one.method, one.basis, one.rank)
-        )
+        look = style.line(one.method, one.basis, one.rank)
+        look |= style.beneath(look, under.get(one.label, 0))
+        handles += axes.loglog(curve.index, curve, label=label, **look)
     if quantity == "error_displacement_rms" and study.axis.power is not None:
         handles += _temporal_floor(axes, study)
     if study.axis.power is not None:
-        _slope_triangles(axes, study, quantity, orders)
+        slope_triangles(axes, study, quantity, orders)
     failed = _mark_failed(axes, shown)
     if failed:
         low, high = axes.get_ylim()
@@ -88,7 +88,7 @@ def work_precision(study: Study, quantity: str) -> tuple[Figure, bool] | None:
     for one in shown:
         runs = _timed(one, quantity, exclusive)
         look = style.line(one.method, one.basis, one.rank)
-        handles += axes.loglog(runs.solver_time, runs[quantity], label=one.label, **look)
+        handles += axes.loglog(runs.solver_time, runs[quantity], label=one.name, **look)
     log_ticks(axes.xaxis, span=100.0)
     log_ticks(axes.yaxis)
     axes.set(xlabel="solver time [s]", ylabel=quantity_label(study, quantity))
@@ -122,7 +122,7 @@ def quantity_label(study: Study, quantity: str) -> str:
 
 def wrapped(label: str, width: int) -> str:
     """A label in lines of at most that many characters, broken at its commas and blanks."""
-    return "\n".join(textwrap.wrap(label, width)) or label
+    return "\n".join(textwrap.wrap(label, width, break_long_words=False)) or label
 
 
 def panels(
@@ -163,28 +163,44 @@ def name_axes(figure: Figure, x: str, y: str = "") -> None:
 
 
 def _legend_below(figure: Figure, handles: list[Line2D], curves: list[Series]) -> None:
-    """One entry for each curve; of many, one for each method and basis and each variant."""
-    if len(curves) > MOST_ENTRIES:
-        pairs = {(one.method, one.basis): one for one in curves}
-        variants = {variant_name(one.variant): one for one in curves if one.variant}
-        entries = []
-        for (method, basis), one in pairs.items():
-            look = style.line(one.method, one.basis) | {"linestyle": "none"}
-            entries.append(Line2D([], [], label=series_name(method, basis), **look))
-        for name, one in variants.items():
-            look = style.line(one.method, one.basis, one.rank)
-            look |= {"color": "#444444", "markeredgecolor": "#444444", "marker": "o"}
-            if look["markerfacecolor"] == style.colour(one.method):
-                look["markerfacecolor"] = "#444444"
-            entries.append(Line2D([], [], label=name, **look))
-        handles = entries + handles[len(curves) :]
+    """One entry for each curve; of many, one for each method, basis and variant."""
+    if _rows(handles[: len(curves)]) > MOST_ROWS:
+        handles = [*_parts(curves), *handles[len(curves) :]]
+    lines = _rows(handles)
     for handle in handles:
         handle.set_label(wrapped(str(handle.get_label()), LEGEND_WIDTH))
-    lines = sum(str(handle.get_label()).count("\n") + 1 for handle in handles)
     figure.set_figheight(SQUARE + 0.1 + LEGEND_LINE * lines)
     figure.legend(
         handles=handles, loc="outside lower left", ncols=1, labelspacing=0.25, handlelength=2.6
     )
+
+
+def _rows(handles: list[Line2D]) -> int:
+    return sum(wrapped(str(one.get_label()), LEGEND_WIDTH).count("\n") + 1 for one in handles)
+
+
+def _parts(curves: list[Series]) -> list[Line2D]:
+    """Entries for the colour of each method, the marker of each basis and the line of each variant."""
+    grey: dict[str, Any] = {"color": "#444444", "markeredgecolor": "#444444"}
+    entries = []
+    for method in dict.fromkeys(one.method for one in curves):
+        own = [one for one in curves if one.method == method]
+        shared = [what for what in own[0].choices if all(what in one.choices for one in own)]
+        name = METHOD_NAMES.get(method, method.replace("_", " "))
+        label = f"{name} ({', '.join(shared)})" if shared else name
+        look: dict[str, Any] = {"color": style.colour(method), "linewidth": 3.0}
+        entries.append(Line2D([], [], label=label, **look))
+    for basis in dict.fromkeys(one.basis for one in curves):
+        look = {"marker": style.marker(basis), "linestyle": "none"} | grey
+        entries.append(
+            Line2D([], [], label=BASIS_NAMES.get(basis, basis.replace("_", " ")), **look)
+        )
+    for name, one in {variant_name(one.variant): one for one in curves if one.variant}.items():
+        look = style.line(one.method, one.basis, one.rank) | grey | {"marker": "o"}
+        if look["markerfacecolor"] == style.colour(one.method):
+            look["markerfacecolor"] = "#444444"
+        entries.append(Line2D([], [], label=name, **look))
+    return entries
 
 
 def _timed(one: Series, quantity: str, exclusive: bool) -> pd.DataFrame:
@@ -224,65 +240,19 @@ def _temporal_floor(axes: Axes, study: Study) -> list[Line2D]:
         pairs = runs.drop_duplicates("time_step").sort_values("time_step")
         if pairs.empty:
             return []
-        label = "predicted floor of the time step"
+        label = "error of time integration alone"
         return axes.loglog(pairs.time_step, pairs.predicted_temporal_floor, label=label, **look)
     levels = runs.drop_duplicates("predicted_temporal_floor").sort_values("time_step")
     each = len(levels) <= MOST_FLOORS
     handles = []
     for step, floor in zip(levels.time_step, levels.predicted_temporal_floor, strict=True):
         label = (
-            f"predicted floor of the time step {step:.3g} s: {floor:.3g} m"
+            f"error of time integration alone, step {step:.3g} s: {floor:.3g} m"
             if each
-            else "predicted floors of the time steps"
+            else "errors of time integration alone"
         )
         handles.append(axes.axhline(floor, label=label, **look))
     return handles if each else handles[:1]
-
-
-def _slope_triangles(axes: Axes, study: Study, quantity: str, orders: Orders) -> None:
-    """One triangle for each whole or half order, beneath the lowest curve of that order."""
-    lowest: dict[float, tuple[np.ndarray, np.ndarray]] = {}
-    for one in study.series:
-        estimate = orders.get(one.label)
-        if estimate is None or not len(estimate.local):
-            continue
-        curve = one.finite(quantity).groupby("axis_value")[quantity].median()
-        x, y = curve.index.to_numpy(float), curve.to_numpy(float)
-        coarse_first = np.argsort(x ** (study.axis.power or 1))[::-1]
-        clear = estimate.used & (estimate.floor_share < 0.3)
-        x, y = x[coarse_first][clear], y[coarse_first][clear]
-        if len(x) < 2:
-            continue
-        slope = fitted_order(x ** float(study.axis.power or 1), y)
-        whole = round(2.0 * slope) / 2.0
-        near = whole >= 0.5 and abs(slope - whole) < CLOSE_SLOPE
-        if near and (whole not in lowest or y[0] < lowest[whole][1][0]):
-            lowest[whole] = (x, y)
-    taken: list[tuple[float, float, float, float]] = []
-    for whole, (x, y) in sorted(lowest.items()):
-        power = whole * (study.axis.power or 1)
-        middle = (len(x) - 2) // 2
-        for k in sorted(range(len(x) - 1), key=lambda k: abs(k - middle)):
-            start, end, base = x[k], x[k + 1], y[k] / 2.2
-            tip = base * (end / start) ** power
-            box = min(start, end), max(start, end), tip, base
-            if not any(_overlap(box, other) for other in taken):
-                taken.append(box)
-                break
-        else:
-            continue
-        look: Any = {"facecolor": "#eeeeee", "edgecolor": "#777777", "lw": 0.6, "zorder": 1}
-        axes.fill([start, end, start], [base, tip, tip], **look)
-        inside = start * (end / start) ** 0.12, tip * (base / tip) ** 0.24
-        side = "left" if end > start else "right"
-        axes.text(*inside, f"{whole:g}", ha=side, va="center", size=7, color="#444444")
-
-
-def _overlap(
-    one: tuple[float, float, float, float], other: tuple[float, float, float, float]
-) -> bool:
-    """Whether two boxes (left, right, bottom, top) share an area."""
-    return one[0] < other[1] and other[0] < one[1] and one[2] < other[3] and other[2] < one[3]
 
 
 def log_ticks(axis: Axis, span: float = 20.0) -> None:

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from mpmbench.analysis.convergence import INTERVAL_MEANING
 from mpmbench.analysis.estimate import OrderEstimate
-from mpmbench.report import atlas, figures, profiles, style, tables
+from mpmbench.report import atlas, coincide, figures, profiles, style, tables
 from mpmbench.report.series import Study, further_studies, orders_of, studies
 from mpmbench.report.tables import Table
 from mpmbench.report.timing import timings
@@ -55,6 +55,7 @@ class Section:
     title: str
     study: Study
     writer: "Writer"
+    lead: str = ""
     pictures: list[Picture] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -187,6 +188,7 @@ def _unbroken(text: str) -> markupsafe.Markup:
 def _section(study: Study, writer: Writer) -> Section:
     """Figures and tables of one problem along its main axis."""
     section = Section(study.problem.replace("_", " "), study, writer)
+    section.lead = coincide.differing(study)
     estimates = {quantity: orders_of(study, quantity) for quantity in ERRORS}
     for quantity, orders in estimates.items():
         _add_convergence(section, study, quantity, orders)
@@ -226,11 +228,10 @@ def _add_convergence(
     axis = study.axis.key.split(".")[-1]
     other = axis != "resolution"
     title = f"{what.capitalize()} error" + (f" against {axis.replace('_', ' ')}" if other else "")
-    caption = figures.ORDERS_CAPTION if any(len(o.local) for o in orders.values()) else ""
-    if any((study.runs.status != "ok") & (study.runs.status != "not_applicable")):
-        caption += " Crosses: runs that failed; they enter no fit."
+    figure = figures.convergence(study, quantity, orders)
+    caption = coincide.caption(study, quantity, figure) if figure is not None else ""
     stem = f"convergence_{what}" + (f"-{axis}" if other else "")
-    section.draw(stem, title, caption.strip(), figures.convergence(study, quantity, orders))
+    section.draw(stem, title, caption, figure)
 
 
 def _add_fields(section: Section, study: Study) -> None:

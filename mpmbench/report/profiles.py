@@ -193,5 +193,5 @@ def _panels(fields: list[Field], height: float) -> tuple[Figure, list[tuple[Fiel
     columns = min(2, len(fields))
     figure, panels = tiles(len(fields), columns, height, width=style.COLUMN, margin=0.45)
     for field, axes in zip(fields, panels, strict=True):
-        axes.set_title(wrapped(field.series.label, TITLE_WIDTH), pad=3, size=7)
+        axes.set_title(wrapped(field.series.name, TITLE_WIDTH), pad=3, size=7)
     return figure, list(zip(fields, panels, strict=True))

@@ -1,7 +1,7 @@
 """Runs of one problem sorted into curves: the key they sweep, and what tells curves apart."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import pandas as pd
 from mpmbench.analysis.convergence import estimate_order
 from mpmbench.analysis.estimate import OrderEstimate
 from mpmbench.report.style import BASIS_MARKERS, METHOD_COLOURS
+from mpmbench.results.differences import Difference, differences
 from mpmbench.results.records import Campaign
 
 PREFERRED_AXES = ("resolution", "time_step", "particles_per_cell")
@@ -71,6 +72,8 @@ class Series:
         How a legend calls it.
     runs : DataFrame
         Rows of `Campaign.runs`, any status, with the column ``axis_value``.
+    choices : tuple of str
+        What else differs between the curves of its study: ``lumped mass``.
     """
 
     method: str
@@ -79,6 +82,12 @@ class Series:
     rank: int
     label: str
     runs: pd.DataFrame
+    choices: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The label with the choices, for a legend or a table."""
+        return f"{self.label} ({', '.join(self.choices)})" if self.choices else self.label
 
     @property
     def ok(self) -> pd.DataFrame:
@@ -103,6 +112,7 @@ class Study:
     runs: pd.DataFrame
     axis: Axis
     series: list[Series]
+    differences: list[Difference] = field(default_factory=list)
 
     @property
     def longest(self) -> int:
@@ -207,7 +217,22 @@ def _study(
         name = variant_name(variant)
         label = ", ".join(filter(None, [series_name(method, basis), name]))
         series.append(Series(method, basis, variant, ranks.get(name, 0), label, members))
-    return Study(problem, campaign, runs, axis, series)
+    chosen = settings.astype(object).where(settings.notna(), None).to_dict("index")
+    differing = differences(
+        (run.method, run.basis, chosen[file]) for file, run in runs[["method", "basis"]].iterrows()
+    )
+    differing = [one for one in differing if one.key != along]
+    named = [*(one.key for one in differing), *kept]
+    series = [replace(one, choices=_choices(one, settings, named)) for one in series]
+    return Study(problem, campaign, runs, axis, series, differing)
+
+
+def _choices(one: Series, settings: pd.DataFrame, named: list[str]) -> tuple[str, ...]:
+    """Values of the keys that tell curves apart, where its label does not have them."""
+    own = settings.loc[one.runs.index, [key for key in named if key not in dict(one.variant)]]
+    values = {key: own[key].dropna() for key in own}
+    single = {key: some.iloc[0] for key, some in values.items() if some.map(repr).nunique() == 1}
+    return tuple(choice_name(key, value) for key, value in single.items())
 
 
 def _sortable(variant: tuple[tuple[str, Any], ...]) -> tuple[Any, ...]:
@@ -243,6 +268,13 @@ def series_name(method: str, basis: str) -> str:
 def variant_name(variant: tuple[tuple[str, Any], ...]) -> str:
     """All settings of a variant, as a legend calls them."""
     return ", ".join(setting_name(key, value) for key, value in variant)
+
+
+def choice_name(key: str, value: Any) -> str:
+    """``lumped mass`` of a word, ``degree 3`` of a number."""
+    if isinstance(value, str):
+        return f"{value} {key.split('.')[-1]}".replace("_", " ")
+    return setting_name(key, value)
 
 
 def setting_name(key: str, value: Any) -> str:

@@ -94,6 +94,20 @@ def line(method: str, basis: str, rank: int = 0) -> dict[str, Any]:
     }
 
 
+def beneath(look: dict[str, Any], depth: int) -> dict[str, Any]:
+    """Changes for a curve that others coincide with: wider and paler for each that lies upon it."""
+    if depth == 0:
+        return {}
+    return {
+        "linewidth": 1.1 + 3.0 * depth,
+        "markersize": 4.5 + 4.0 * depth,
+        "alpha": 0.45,
+        "markerfacecolor": "none",
+        "markeredgewidth": 1.6,
+        "zorder": 1.9 - 0.1 * depth,
+    }
+
+
 def dots(method: str, size: float) -> dict[str, Any]:
     """Keywords of `Axes.plot` for particles in the colour of their method."""
     return {"linestyle": "none", "marker": ".", "color": colour(method), "ms": size, "mew": 0}

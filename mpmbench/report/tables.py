@@ -148,7 +148,7 @@ def orders(study: Study, estimates: dict[str, dict[str, OrderEstimate]]) -> Tabl
             levels = " ".join(f"{value:g}" for value in runs.axis_value)
             rows.append(
                 [
-                    one.label,
+                    one.name,
                     quantity_label(study, quantity),
                     slopes_text(found),
                     numbers_text(found.local),
@@ -167,7 +167,7 @@ def errors(study: Study, quantity: str) -> Table:
     """One error of every curve at every value of the axis; a failed run shows its status."""
     values = study.values()
     rows = [
-        [one.label, *(_value_at(one, value, quantity) for value in values)]
+        [one.name, *(_value_at(one, value, quantity) for value in values)]
         for one in study.series
         if len(one.finite(quantity))
     ]
@@ -243,4 +243,4 @@ def all_runs(study: Study) -> Table:
 
 def _labels(study: Study) -> dict[Any, str]:
     """The curve of each run, curve by curve."""
-    return {file: one.label for one in study.series for file in one.runs.index}
+    return {file: one.name for one in study.series for file in one.runs.index}

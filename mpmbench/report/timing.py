@@ -73,7 +73,7 @@ def timings(study: Study) -> Table:
     missing_base = False
     for one in study.series:
         base = _baseline(study, one)
-        row: list[Any] = [one.label]
+        row: list[Any] = [one.name]
         for value in values:
             time = _time_at(one, value, clock, context)
             linear = _time_at(base, value, clock, context) if base is not None else Cell()

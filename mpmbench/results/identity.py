@@ -8,19 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.core.registry import PACKAGES, places, plugin_files, plugins_of
+from mpmbench.results.bookkeeping import NOT_PART_OF_A_RUN
 from mpmbench.settings.files import PACKAGE
 
-# What does not change a result, so that changing it makes no finished run worthless.
-NOT_PART_OF_A_RUN = (
-    "output_dir",
-    "campaign",
-    "limits",
-    "on_error",
-    "report",
-    "rerun",
-    "timing",
-    "repeats",
-)
 SOLVER = ("core", "problems", "analysis", "case")
 BLOCKS = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.For, ast.While, ast.If, ast.With, ast.Try)
 CPU_CLOCK = {"process_time", "solver_cpu_time"}  # to read it changes no result

@@ -105,6 +105,16 @@ def time_step(value: Any) -> Any:
         raise ValueError("a number greater than 0, or auto, is needed") from None
 
 
+def report(value: Any) -> Any:
+    """True, false, or the word auto."""
+    if value == "auto":
+        return value
+    try:
+        return Setting(False, "write one").cast(value)
+    except ValueError:
+        raise ValueError("true, false or auto is needed") from None
+
+
 def instants(value: Any) -> list[float]:
     """A list of times, sorted."""
     if not isinstance(value, list) or not all(
@@ -151,7 +161,7 @@ TOP_LEVEL: dict[str, Callable[[Any], Any]] = {
     "on_error": Setting("continue", "or not", options=("continue", "stop")).cast,
     "timing": Setting("shared", "of the machine", options=("shared", "exclusive")).cast,
     "repeats": AT_LEAST_ONE.cast,
-    "report": Setting(False, "write one").cast,
+    "report": report,
     "limits.time": POSITIVE.cast,
     "limits.setup": POSITIVE.cast,
     "limits.memory": Setting(None, "of one run", unit="MiB", above=0.0).cast,

@@ -36,10 +36,13 @@ def test_every_run_has_a_cell_of_the_colour_of_its_status(tmp_path, write_quicks
     study, cells, marks = drawn(tmp_path)
     assert len(cells) == len(study.runs) == 21
     colours = {status: to_hex(colour) for status, colour in atlas.COLOURS.items()}
-    assert cells["unified, B-spline", "64"] == colours["broke_down"]
-    assert cells["GMM, B-spline", "8"] == colours["not_applicable"]
+    assert cells["unified, B-spline (consistent mass)", "64"] == colours["broke_down"]
+    assert cells["GMM, B-spline (lumped mass)", "8"] == colours["not_applicable"]
     assert ("GMM, B-spline", "16") not in cells
-    assert set(marks) == {("unified, B-spline", "64"), ("GMM, B-spline", "8")}
+    assert set(marks) == {
+        ("unified, B-spline (consistent mass)", "64"),
+        ("GMM, B-spline (lumped mass)", "8"),
+    }
     assert len(set(colours.values())) == len(colours)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mpmbench.report import figures, profiles, style
+from mpmbench.report import coincide, figures, profiles, style
 from mpmbench.report.series import order_of, studies
 from mpmbench.results.records import read_campaign
 
@@ -45,13 +45,13 @@ def test_curves_carry_method_colour_basis_marker_and_data(tmp_path, write_quicks
 def test_legend_states_fitted_orders(tmp_path, write_quickstart):
     write_quickstart(tmp_path)
     _, figure = draw(tmp_path)
-    assert any(entry.startswith("MPM, linear: 2.00 (") for entry in entries(figure))
+    assert any(entry.startswith("MPM, linear (lumped mass): 2.00 (") for entry in entries(figure))
 
 
 def test_predicted_floor_is_drawn_where_the_files_say(tmp_path, write_quickstart):
     write_quickstart(tmp_path)
     _, figure = draw(tmp_path)
-    floor = [line for line in lines(figure) if "predicted floor" in line.get_label()]
+    floor = [line for line in lines(figure) if "time integration alone" in line.get_label()]
     assert len(floor) == 1
     assert floor[0].get_ydata() == pytest.approx([2.764e-10] * 2)
 
@@ -60,7 +60,7 @@ def test_floor_follows_a_swept_time_step(tmp_path, write_run):
     for step in (4e-5, 2e-5, 1e-5):
         write_run(tmp_path, time_step=step, constant=0.0, floor=3.0 * step**2)
     _, figure = draw(tmp_path)
-    (floor,) = [line for line in lines(figure) if "predicted floor" in line.get_label()]
+    (floor,) = [line for line in lines(figure) if "time integration alone" in line.get_label()]
     assert floor.get_ydata() == pytest.approx(3.0 * np.array([1e-5, 2e-5, 4e-5]) ** 2)
 
 
@@ -79,10 +79,53 @@ def test_slope_triangles_have_their_slope(tmp_path, write_quickstart):
     write_quickstart(tmp_path)
     _, figure = draw(tmp_path)
     labels = [text.get_text() for text in figure.axes[0].texts]
-    assert labels == ["2", "3"], "the one of 3.5 would lie upon that of 3"
-    for triangle, order in zip(figure.axes[0].patches, (2, 3), strict=True):
+    assert labels[:2] == ["2", "3"]
+    for triangle, order in zip(figure.axes[0].patches, map(float, labels), strict=True):
         (x0, y0), (x1, y1) = triangle.get_xy()[:2]
         assert np.log(y0 / y1) / np.log(x1 / x0) == pytest.approx(order)
+
+
+def test_slope_triangles_stay_off_the_curves(tmp_path, write_run):
+    """Curves of order 2 a factor 2.5 apart: beneath the lowest of them runs one of order 0.7."""
+    for resolution in (8, 16, 32):
+        write_run(tmp_path, "mpm", resolution=resolution, floor=0.0)
+        write_run(tmp_path, "otm", resolution=resolution, constant=4e-5, order=1.2, floor=0.0)
+    _, figure = draw(tmp_path)
+    (axes,) = figure.axes
+    assert len(axes.patches) >= 1
+    for triangle in axes.patches:
+        for line in axes.get_lines()[:2]:
+            x = np.linspace(np.log(8.0), np.log(32.0), 200)
+            y = np.interp(x, np.log(line.get_xdata()), np.log(line.get_ydata()))
+            assert not triangle.get_path().contains_points(np.exp(np.column_stack([x, y]))).any()
+
+
+def test_curves_that_coincide_are_said_to_and_both_are_seen(tmp_path, write_run):
+    for resolution in (8, 16, 32):
+        write_run(tmp_path, "mpm", resolution=resolution)
+        write_run(tmp_path, "otm", resolution=resolution, constant=1.005e-3)
+        write_run(tmp_path, "unified", resolution=resolution, constant=1.05e-3)
+    study, figure = draw(tmp_path)
+    said = coincide.caption(study, DISPLACEMENT, figure)
+    assert said.endswith("MPM, linear and OTM, linear coincide (within 1 % at all levels).")
+    beneath, above, apart = lines(figure)[:3]
+    assert beneath.get_linewidth() > 2 * above.get_linewidth() == 2 * apart.get_linewidth()
+    assert beneath.get_zorder() < above.get_zorder() and beneath.get_alpha() < 1.0
+
+
+def test_a_caption_says_only_what_the_legend_has(tmp_path, write_run):
+    for resolution in (8, 16, 32):
+        write_run(tmp_path, "mpm", resolution=resolution)
+    study, figure = draw(tmp_path)
+    said = coincide.caption(study, DISPLACEMENT, figure)
+    assert "Behind each curve" in said and "Triangles" in said
+    assert "Crosses" not in said and "coincide" not in said
+    for step in np.geomspace(1e-6, 9e-6, 12):
+        write_run(tmp_path, "mpm", time_step=float(f"{step:.2g}"), order=0.2)
+    write_run(tmp_path, "otm", status="diverged", reason="boom")
+    study, figure = draw(tmp_path)
+    said = coincide.caption(study, DISPLACEMENT, figure)
+    assert "Behind" not in said and "in the table of orders" in said and "Crosses" in said
 
 
 def test_many_curves_share_a_short_legend(tmp_path, write_run):
@@ -92,8 +135,8 @@ def test_many_curves_share_a_short_legend(tmp_path, write_run):
                 write_run(tmp_path, method, resolution=resolution, time_step=float(f"{step:.2g}"))
     _, figure = draw(tmp_path)
     assert len([line for line in lines(figure) if line.get_marker() == "o"]) == 16
-    assert entries(figure)[:2] == ["MPM, linear", "OTM, linear"]
-    assert sum("time step" in entry and "predicted" not in entry for entry in entries(figure)) == 8
+    assert entries(figure)[:3] == ["MPM", "OTM", "linear"]
+    assert sum("time step" in entry and "alone" not in entry for entry in entries(figure)) == 8
 
 
 def test_nothing_is_drawn_without_a_finished_run(tmp_path, write_run):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mpmbench.report.coincide import differing
 from mpmbench.report.series import further_studies, order_of, studies
 from mpmbench.results.records import read_campaign
 
@@ -157,3 +158,46 @@ def test_a_finished_run_without_its_error_is_left_out_of_the_fit(tmp_path, write
     write_run(tmp_path, resolution=64, scalars={"error_displacement_rms": np.nan})
     study = one_study(tmp_path)
     assert len(order_of(study, study.series[0], "error_displacement_rms").local) == 2
+
+
+def test_choices_that_differ_between_methods_are_named_with_what_makes_them_equal(
+    tmp_path, write_run
+):
+    for resolution in (8, 16):
+        write_run(tmp_path, "mpm", "maxent", resolution=resolution, mass="lumped")
+        for method in ("otm", "unified"):
+            extra = {"method": {"stress_update": "exact"}} if method == "otm" else None
+            write_run(
+                tmp_path,
+                method,
+                "maxent",
+                resolution=resolution,
+                mass="consistent",
+                settings=extra,
+            )
+    (study,) = studies(read_campaign(tmp_path))
+    assert [one.name for one in study.series] == [
+        "MPM, max-ent (lumped mass)",
+        "OTM, max-ent (consistent mass)",
+        "unified, max-ent (consistent mass)",
+    ]
+    assert differing(study) == (
+        "The curves differ in more than what is swept. mass: lumped for MPM, consistent for OTM "
+        "and unified (method.mass=consistent makes them equal)."
+    )
+
+
+def test_a_choice_that_some_method_sweeps_is_named_by_every_curve_and_is_no_hidden_one(
+    tmp_path, write_run
+):
+    for resolution in (8, 16):
+        for mass in ("lumped", "consistent"):
+            write_run(tmp_path, "mpm", resolution=resolution, mass=mass)
+        write_run(tmp_path, "otm", resolution=resolution, mass="consistent")
+    (study,) = studies(read_campaign(tmp_path))
+    assert [one.name for one in study.series] == [
+        "MPM, linear, mass consistent",
+        "MPM, linear, mass lumped",
+        "OTM, linear (consistent mass)",
+    ]
+    assert differing(study) == ""

@@ -3,7 +3,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -50,13 +50,20 @@ def plugins(monkeypatch) -> None:
     monkeypatch.setenv("MPMBENCH_PLUGINS", str(PLUGINS))
 
 
+def without_report(arguments: Sequence[str]) -> list[str]:
+    """A sweep that says nothing of its report writes none: it would take longer than its runs."""
+    sweeps = "-m" in arguments and "status" not in arguments
+    said = any(word.startswith("report=") for word in arguments)
+    return [*arguments, *(["report=false"] if sweeps and not said else [])]
+
+
 @pytest.fixture
 def command(folder, capfd) -> Callable[..., Outcome]:
     """The command line, in this process (its cases still run in children)."""
 
     def run(*arguments: str) -> Outcome:
         capfd.readouterr()
-        code = main(list(arguments))
+        code = main(without_report(arguments))
         return Outcome(code, *capfd.readouterr())
 
     return run
@@ -68,8 +75,9 @@ def start(*arguments: str) -> "subprocess.Popen[str]":
     It heeds Ctrl-C even when the tests run in the background of a shell, which makes them ignore
     it.
     """
+    words = [sys.executable, "-m", "mpmbench", *without_report(arguments)]
     process = subprocess.Popen(
-        [sys.executable, "-m", "mpmbench", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         start_new_session=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )  # fmt: skip
     _started.append(process)

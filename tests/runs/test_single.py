@@ -99,13 +99,15 @@ def test_report_true_writes_a_report_and_a_failing_report_loses_nothing(
     assert (
         command("-m", "resolution=4", "report=true").code == 0
     )  # nothing ran, and the report is there
-    outcome = command("-m", "resolution=4", "report=true", "rerun=all")
-    assert outcome.code == 1
+    outcome = command("-m", "resolution=4", "report=auto", "rerun=all")
+    assert outcome.code == 1, "a sweep writes its report by default"
     assert (
         "the report failed (RuntimeError: no ink); the results are in results/default"
         in outcome.err
     )
     assert netcdf.read_attributes(next(folder.rglob("*.nc")))["status"] == "ok"
+    assert command("resolution=4").code == 0, "one run writes none"
+    assert command("-m", "resolution=4", "report=false", "rerun=all").code == 0
 
 
 @pytest.mark.parametrize("arguments", ["--help", "list", "--version"])

@@ -31,6 +31,7 @@ def test_a_wheel_in_an_empty_folder_runs_an_experiment(tmp_path):
         "experiments=quickstart",
         "resolution=4",
         "method=mpm",
+        "method.mass=consistent",
         "basis=linear",
         "report=false",
     ]

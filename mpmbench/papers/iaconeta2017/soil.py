@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
 from PIL import Image
 
 from mpmbench.papers.iaconeta2017.support import COLUMNS, MESHES, METHODS, history, look, particles
@@ -17,7 +18,7 @@ from mpmbench.papers.kit import Campaigns, Chapter, cell
 from mpmbench.papers.parts import of_file, quantities, thinned, with_digits
 from mpmbench.report import style
 from mpmbench.report.claims import MissingRuns
-from mpmbench.report.figures import panels, single
+from mpmbench.report.figures import name_axes, panels, single
 from mpmbench.report.tables import Cell
 
 SHOWN = (0.25, 0.5, 1.0, 2.0)  # [s]
@@ -142,8 +143,8 @@ def _strains(page: Chapter, campaigns: Campaigns, name: str) -> None:
         return
     width = 2.0 * style.COLUMN / max(2, len(meshes))  # of a panel [in]
     rows, columns = len(SHOWN), len(meshes)
-    figure, axes = panels(rows, columns, 0.7 + 0.45 * width * rows, width * columns)
-    _frame(axes)
+    figure, axes = panels(rows, columns, 0.9 + 0.45 * width * rows, width * columns)
+    _frame(figure, axes)
     for column, (n, experiment, file, found) in enumerate(meshes):
         snapshots = campaigns[experiment].variables(file, ("position", "plastic_strain"))
         for axis, time in zip(axes[:, column], SHOWN, strict=True):
@@ -159,7 +160,7 @@ def _strains(page: Chapter, campaigns: Campaigns, name: str) -> None:
     below: dict[str, Any] = {"location": "bottom", "shrink": 0.5, "aspect": 40, "extend": "max"}
     figure.colorbar(scale, ax=axes, label="equivalent plastic strain", **below)
     number = {"MPM": 11, "GMM-MLS": 12, "GMM-LME": 13}[name]
-    caption = "Particles at their places, lengths in metres."
+    caption = "Particles at their places."
     for n, experiment in MESHES:
         end = cell(campaigns, experiment, "final_run_out", **METHODS[name], resolution=n).text
         if end and n not in [mesh[0] for mesh in meshes]:
@@ -168,11 +169,12 @@ def _strains(page: Chapter, campaigns: Campaigns, name: str) -> None:
     page.draw(f"strain-{name.lower()}", title, caption, figure)
 
 
-def _frame(axes: np.ndarray) -> None:
+def _frame(figure: Figure, axes: np.ndarray) -> None:
     """The same view of the column in all panels, labelled along the left and the lower edge."""
     for (row, column), axis in np.ndenumerate(axes):
         axis.set(xlim=(0.0, 5.0), ylim=(0.0, 2.2), yticks=(0, 1, 2), aspect="equal")
         axis.tick_params(labelsize=6, labelbottom=row == len(axes) - 1, labelleft=column == 0)
+    name_axes(figure, "position $x_1$ [m]", "position $x_2$ [m]")
 
 
 def snapshot_at(times: np.ndarray, wanted: float) -> int | None:
@@ -185,7 +187,7 @@ def _outlines(page: Chapter, campaigns: Campaigns) -> None:
     """Fig. 10: surfaces of the three methods at a few instants, one row per mesh."""
     runs = {(run[0], name): run[1:] for name in COLUMNS for run in _available(campaigns, name)}
     meshes = sorted({n for n, _ in runs})
-    figure, axes = panels(len(meshes), len(SHOWN), 0.3 + 0.95 * len(meshes))
+    figure, axes = panels(len(meshes), len(SHOWN), 0.5 + 0.95 * len(meshes))
     for (n, name), (experiment, file, found) in runs.items():
         position = campaigns[experiment].variables(file, ("position",))["position"]
         for axis, time in zip(axes[meshes.index(n)], SHOWN, strict=True):
@@ -193,13 +195,13 @@ def _outlines(page: Chapter, campaigns: Campaigns) -> None:
             if k is not None:
                 line = look(name) | {"marker": None, "lw": 1.0}
                 axis.plot(*surface(position[k], 4.0 / n), **line)
-    _frame(axes)
+    _frame(figure, axes)
     for axis, time in zip(axes[0], SHOWN, strict=True):
         axis.set_title(f"{time:g} s")
     for axis, n in zip(axes[:, 0], meshes, strict=True):
         axis.set_ylabel(f"h = {4.0 / n:g} m")
     axes[0, -1].legend(fontsize=5, loc="lower left")
-    caption = "Highest particle over strips as wide as a cell; lengths in metres."
+    caption = "Highest particle over strips as wide as a cell."
     page.draw("outlines", "Fig. 10: surface of the column", caption, figure)
 
 
@@ -256,7 +258,9 @@ def moving_picture(times: np.ndarray, position: np.ndarray, strain: np.ndarray) 
     canvas = FigureCanvasAgg(figure)
     figure.set_dpi(150)
     dots = particles(axes, position[0], strain[0], STRAIN, 9.5)
-    axes.set(xlim=(0.0, 5.0), ylim=(0.0, 2.2), xlabel="m", ylabel="m")
+    axes.set(
+        xlim=(0.0, 5.0), ylim=(0.0, 2.2), xlabel="position $x_1$ [m]", ylabel="position $x_2$ [m]"
+    )
     figure.colorbar(dots, ax=axes, label="equivalent plastic strain", extend="max")
     clock = axes.text(4.9, 2.0, "", ha="right", va="top", fontsize=7)
     pictures = []

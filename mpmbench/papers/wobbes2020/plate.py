@@ -95,7 +95,7 @@ def plate_orders_chapter(campaigns: Campaigns) -> Chapter:
     if table:
         title = "RMS displacement error [m] on 65 x 65 nodes with the time step of 33 x 33 nodes, 1e-4 s"
         failed = [one for one in study.series if not len(one.finite(ERROR))]
-        rows = [*table.rows, *([one.label, *_ends(one)] for one in failed)]
+        rows = [*table.rows, *([one.name, *_ends(one)] for one in failed)]
         page.add(table, name="large_step", title=title, rows=rows)
     return page
 

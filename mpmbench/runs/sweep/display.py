@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from mpmbench.results.differences import differences, sentences, settings_of
 from mpmbench.runs.sweep.execute import Record
 from mpmbench.runs.sweep.plan import Plan
 
@@ -91,6 +92,17 @@ def plan_line(plan: Plan) -> str:
     if plan.not_applicable:
         parts.append(f"{len(plan.not_applicable)} not applicable")
     return f"{len(plan.cells())} runs: {', '.join(parts)}; results in {shorten(plan.folder)}"
+
+
+def comparison(plan: Plan) -> str:
+    """In what the methods of a sweep differ besides its axes, and what would make them equal."""
+    runs = [settings_of(cell.config) for cell in (*plan.to_run, *plan.finished)]
+    found = sentences(differences(runs), {})
+    if not found:
+        return ""
+    return "\n".join(
+        ["Curves will differ in more than what is swept:", *(f"  {one}" for one in found)]
+    )
 
 
 def shorten(path: str) -> str:

@@ -34,6 +34,9 @@ class View:
     def begin(self, plan: Plan) -> None:
         """Say what is planned, and start to follow."""
         print(display.plan_line(plan), flush=True)
+        differing = display.comparison(plan)
+        if differing and plan.to_run:
+            print(differing, flush=True)
         self.plan, self.began = plan, time.monotonic()
         if not plan.to_run:
             return

@@ -3,9 +3,15 @@
 import sys
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.settings.files import PACKAGE
+
+
+def is_wanted(config: dict[str, Any], sweep: bool) -> bool:
+    """Whether the report of a campaign is to be written: by default after a sweep."""
+    return sweep if config["report"] == "auto" else bool(config["report"])
 
 
 def is_younger(page: Path, files: Iterable[Path]) -> bool:

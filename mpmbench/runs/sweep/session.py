@@ -42,7 +42,8 @@ def run_one(pairs: Sequence[str], started: float) -> int:
         repeat_timings([config], records)
     record = records[name]
     print(display.summary(record, time.perf_counter() - started))
-    reported = reporting.build(Path(record.file).parent) if config["report"] else True
+    asked = reporting.is_wanted(config, sweep=False)
+    reported = reporting.build(Path(record.file).parent) if asked else True
     return 0 if reported and not record.failed else 1
 
 
@@ -92,7 +93,7 @@ class Session:
         good = self.conclude(records, interrupted)
         if interrupted:
             raise KeyboardInterrupt
-        if any(cell.config["report"] for cell in self.plan.cells()):
+        if any(reporting.is_wanted(cell.config, sweep=True) for cell in self.plan.cells()):
             good = reporting.build(Path(self.plan.folder), only_when_older=not records) and good
         return 0 if good else 1
 
