@@ -20,16 +20,20 @@ FIELDS = ("displacement", "velocity", "stress")
 BAR = {"resolution": 8, "time_step": 1e-5, "end_time": 4e-3}
 
 
+@pytest.mark.parametrize("basis", (BSpline(degree=1), Linear()))
 @pytest.mark.parametrize("dim", (1, 2))
-def test_splines_of_degree_one_are_linear(dim: int) -> None:
+def test_splines_of_degree_one_are_hats(dim: int, basis: Any) -> None:
+    """Products of ``max(0, 1 - |x - x_i| / h)`` along the axes, and their slopes."""
     box = Box((0.0,) * dim, (1.0,) * dim, (4, 3)[:dim])
     x = np.random.default_rng(0).uniform(size=(50, dim))
-    spline, hats = (
-        basis.build(box, len(x), False).evaluate(x) for basis in (BSpline(degree=1), Linear())
-    )
-    n = len(box.points)
-    assert np.allclose(spline.matrix(n), hats.matrix(n), rtol=0.0, atol=1e-14)
-    assert np.allclose(spline.gradient_matrix(n), hats.gradient_matrix(n), rtol=0.0, atol=1e-13)
+    found, n = basis.build(box, len(x), False).evaluate(x), len(box.points)
+    offset = (x[:, None, :] - box.points) / box.spacing
+    hats = np.maximum(0.0, 1.0 - np.abs(offset))
+    assert np.allclose(found.matrix(n), hats.prod(axis=2), rtol=0.0, atol=1e-14)
+    for d in range(dim):
+        slope = np.where(hats[:, :, d] > 0.0, -np.sign(offset[:, :, d]) / box.spacing[d], 0.0)
+        expected = slope * np.delete(hats, d, axis=2).prod(axis=2)
+        assert np.allclose(found.gradient_matrix(n)[:, :, d], expected, rtol=0.0, atol=1e-13)
 
 
 def test_local_maxent_at_large_gamma_is_linear_on_a_delaunay_triangulation() -> None:
