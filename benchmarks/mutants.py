@@ -58,6 +58,7 @@ NEAR: dict[str, str] = {  # the longest beginning of a path counts
     "core/matrix": "core/matrix core/test_carry.py core/test_energy.py core/test_limits.py",
     "core/matrix/blocks": "core/implicit/test_static.py core/implicit/test_dynamic.py",
     "core/matrix/conjugate": "core/matrix core/implicit/test_static.py",
+    "core/matrix/mass_checks": "core/matrix/test_mass_checks.py problems/test_isothermal_shock.py",
     "core/matrix/pattern": "core/matrix core/implicit/test_static.py",
     "core/moved": "core/test_moved.py",
     "core/registry": "core/test_moved.py settings runs/test_check.py runs/test_plugins.py",
@@ -80,21 +81,21 @@ NEAR: dict[str, str] = {  # the longest beginning of a path counts
 }
 
 
-def near_tests(path: str) -> list[str]:
-    """Test files for a file of the package, those that import it or bear its name first."""
+def near_tests(tree: Path, path: str) -> list[str]:
+    """Test files of a tree for a file of the package, those that import it or bear its name first."""
     key = max((key for key in NEAR if path.startswith(key)), key=len)
     files: list[Path] = []
     for name in NEAR[key].split():
-        place = CHECKOUT / "tests" / name
+        place = tree / "tests" / name
         files += sorted(place.rglob("test_*.py")) if place.is_dir() else [place]
-    own = CHECKOUT / "tests" / Path(path).parent / f"test_{Path(path).stem}.py"
+    own = tree / "tests" / Path(path).parent / f"test_{Path(path).stem}.py"
     module = f"mpmbench.{path[:-3].replace('/', '.')}".removesuffix(".__init__")
     if own.exists():
         files.append(own)
     ordered = sorted(
         dict.fromkeys(files), key=lambda file: (file != own, module not in imports(file))
     )
-    return [str(file.relative_to(CHECKOUT)) for file in ordered]
+    return [str(file.relative_to(tree)) for file in ordered]
 
 
 @cache
@@ -356,7 +357,7 @@ def main(words: list[str]) -> int:
         if before and not (alive and repeat):
             continue
         copy = copy or Copy(chosen.scratch.absolute())
-        tests, whole = near_tests(mutant.path), bool(before and chosen.whole)
+        tests, whole = near_tests(copy.tree, mutant.path), bool(before and chosen.whole)
         if not whole:
             copy.expect_green(tests)
         outcome, by, seconds = copy.test(mutant.path, mutant.apply, tests, whole)

@@ -109,6 +109,22 @@ def test_contract_of_a_method_without_nodes(dimension: int, derivatives: str) ->
         assert finding.passed, f"{name}: {finding.text}"
 
 
+def test_circumstances_name_the_lightest_node_and_what_the_step_bears() -> None:
+    """In masses of the heaviest particle, whatever the others and points without mass weigh."""
+    tracers = np.array([[3.1 * loops.SPACING]])
+    state = loops.MethodCase(Explicit(mass_cutoff=0.0), 1).block(np.sin, tracers=tracers)
+    p, material = state.particles, state.material
+    p.m[p.material] *= np.linspace(0.5, 3.0, len(p.m) - 1)
+    state.time_step = 1e-3
+    state.choices.step(state, state.time_step)
+    lightest = state.nodes.m[state.nodes.m > 0.0].min() / p.m.max()
+    lame, shear = material.lame_parameters()
+    bearable = (lame + 2.0 * shear) / material.density * (1e-3 / loops.SPACING) ** 2
+    said = state.choices.circumstances(state)
+    assert f"had {lightest:.1e} particle masses" in said, said
+    assert f"(c dt/h)^2 = {bearable:.1e} " in said, said
+
+
 def test_nothing_compares_the_name_of_a_time_loop() -> None:
     """``choices.time`` is for messages: whoever compares it knows too much."""
     for file in PACKAGE.rglob("*.py"):
