@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from mpmbench.results.identity import NOT_PART_OF_A_RUN
+from mpmbench.results.bookkeeping import NOT_PART_OF_A_RUN
 from mpmbench.results.netcdf import read_scalars
 from mpmbench.settings.schema import GROUPS, BadInput
 from mpmbench.settings.trees import dotted
