@@ -2,7 +2,8 @@
 
 import ast
 import hashlib
-import random
+import math
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -230,30 +231,28 @@ def compiles(source: str) -> bool:
 
 
 def draw(package: Path, seed: int, rooms: dict[str, int] = ROOMS) -> Iterator[Mutant]:
-    """Mutants in an endless order that the seed decides: rooms in turn, by their weights.
+    """All mutants in an order that the seed decides, rooms by their weights.
 
-    In a room a file is drawn by its number of places, then a kind of change, then a place: else
-    two thirds of all mutants would be changed constants.
+    In a room a file weighs as much as it has places, and in a file all kinds of changes weigh the
+    same: else two thirds of all mutants would be changed constants. Every mutant waits for a time
+    that its own name decides, so that the order of the others stays when some lines change.
     """
-    chance = random.Random(seed)
-    sources = {
-        room: {
-            str(file.relative_to(package)): file.read_text(encoding="utf-8")
-            for file in sorted((package / room).rglob("*.py"))
-        }
-        for room in rooms
-    }
-    places = {
-        room: {path: mutants_of(path, source) for path, source in files.items()}
-        for room, files in sources.items()
-    }
+    waiting: list[tuple[float, str, Mutant]] = []
+    sources = {}
+    for room, share in rooms.items():
+        places: list[tuple[float, Mutant]] = []
+        for file in sorted((package / room).rglob("*.py")):
+            path, source = str(file.relative_to(package)), file.read_text(encoding="utf-8")
+            sources[path], found = source, mutants_of(path, source)
+            kinds = Counter(mutant.kind for mutant in found)
+            places += [(len(found) / len(kinds) / kinds[one.kind], one) for one in found]
+        total = sum(weight for weight, _ in places)
+        for weight, mutant in places:
+            digest = hashlib.sha256(f"{seed} {mutant.name}".encode()).hexdigest()[:13]
+            time = -math.log((int(digest, 16) + 1) / 16**13) * total / (weight * share)
+            waiting.append((time, mutant.name, mutant))
     seen: set[str] = set()
-    while True:
-        room = chance.choices(list(rooms), list(rooms.values()))[0]
-        files = places[room]
-        file = chance.choices(list(files), [len(some) for some in files.values()])[0]
-        kind = chance.choice(sorted({mutant.kind for mutant in files[file]}))
-        mutant = chance.choice([one for one in files[file] if one.kind == kind])
-        if mutant.name not in seen and compiles(mutant.apply(sources[room][file])):
-            seen.add(mutant.name)
+    for _, name, mutant in sorted(waiting, key=lambda one: one[:2]):
+        if name not in seen and compiles(mutant.apply(sources[mutant.path])):
+            seen.add(name)
             yield mutant
