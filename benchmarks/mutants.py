@@ -37,8 +37,8 @@ LIMIT = 300.0  # seconds for the near tests of one mutant
 WHOLE_LIMIT = 3600.0
 NEAR: dict[str, str] = {  # the longest beginning of a path counts
     "analysis": "analysis report/test_series.py report/test_claims.py",
-    "core": "core/test_carry.py core/test_energy.py core/test_limits.py core/test_loops.py "
-    "core/test_tracers.py core/test_transfers.py",
+    "core": "core/test_simulation.py core/test_carry.py core/test_energy.py core/test_limits.py "
+    "core/test_loops.py core/test_tracers.py core/test_transfers.py",
     "core/geometry": "core/test_geometry.py core/test_simplices.py core/implicit/test_clouds.py",
     "core/bases": "core/test_bases.py core/test_product_grid.py core/test_simplices.py",
     "core/bases/clouds": "core/implicit/test_clouds.py core/test_bases.py",
