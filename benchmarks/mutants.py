@@ -201,6 +201,16 @@ class Copy:
             raise RuntimeError(said)
         return "killed", failed[0].split(" - ")[0] if failed else said[-200:], seconds
 
+    def run_each(self, tests: list[str]) -> tuple[str, str, float]:
+        """As `run`, each file in a process of its own, as the unchanged sources were tested."""
+        spent = 0.0
+        for test in tests:
+            outcome, by, seconds = self.run([test], LIMIT - spent, "-n", "0")
+            spent += seconds
+            if outcome != "survived":
+                return outcome, by, spent
+        return "survived", "", spent
+
     def expect_green(self, tests: list[str]) -> None:
         """Run tests once on the unchanged sources, which also compiles what they need.
 
@@ -234,7 +244,7 @@ class Copy:
                 self.start_from(self.pristine, folder, [path])
             if whole:
                 return self.run([], WHOLE_LIMIT)
-            return self.run(tests, LIMIT, "-n", "0")
+            return self.run_each(tests)
         except subprocess.CalledProcessError as error:  # it does not even import
             return "killed", error.stderr.strip().splitlines()[-1][:200], 0.0
         finally:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from mpmbench.case import read
+from mpmbench.core import registry
 from mpmbench.core.bases.entropy.basis import EntropyBasis
 from mpmbench.core.bases.entropy.lme import LocalMaxEnt
-from mpmbench.core.errors import BadSetting, NotApplicable
+from mpmbench.core.errors import BadSetting, BrokeDown, NotApplicable
 from mpmbench.core.geometry import Box, Cloud, simplex_volumes
 from mpmbench.core.geometry.triangulate import (
     barycentres,
@@ -69,6 +70,13 @@ def test_study_needs_its_method() -> None:
         read(compose("lme_shape_functions", "evaluate", "bspline"))
 
 
+def test_the_study_stretches_its_samples_at_constant_volume() -> None:
+    problem = registry.get("problem", "lme_shape_functions")(metric_stretch=2.0)
+    p = Particles.at_rest(np.zeros((3, 2)), np.ones(3), 1.0)
+    problem.prepare(p, None)
+    assert np.array_equal(p.F, np.tile(np.diag([2.0, 0.5]), (3, 1, 1)))
+
+
 # locality that follows the deformation
 
 
@@ -120,6 +128,13 @@ def test_volume_locality_follows_isotropic_compression_only(dim: int) -> None:
     if dim > 1:
         before, after, _ = deformed(dim, "volume", STRETCH[dim])
         assert np.abs(after.handle.matrix(n) - before.handle.matrix(n)).max() > 1e-3
+
+
+def test_a_deformation_that_is_no_number_ends_the_run() -> None:
+    _, basis, x = deformed(2, "convected", np.eye(2))
+    basis._particles.F[7, 1, 0] = np.nan
+    with pytest.raises(BrokeDown, match="the deformation of point 7 is not finite"):
+        basis.locate(x)
 
 
 def test_stretches_of_the_metric_are_clipped() -> None:
