@@ -52,6 +52,7 @@ def test_the_order_is_what_the_levels_show(slopes, text):
         (1.01, 1.12, 0.95),
         (0.10, 0.76, 0.09, -0.64),
         (1.69, 2.20, 1.90),
+        (2.19, 2.06, 2.03),
     ],
 )
 def test_no_asymptotic_order_is_named_outside_the_slopes_without_a_reason_that_they_show(slopes):
@@ -99,6 +100,12 @@ def test_an_error_below_it_shows_that_a_predicted_floor_is_none():
         "errors fall below 5.7e-08 m, the error of time integration alone: that of space may "
         "cancel it" in found.verdict
     )
+
+
+def test_three_levels_do_not_show_a_predicted_floor_that_one_of_them_is_below():
+    cells = np.array([8, 16, 32])
+    found = estimate_order(1.0 / cells, [4e-6, 5e-7, 6e-8], labels=cells, predicted_floor=7e-8)
+    assert not found.floor_share.any() and "most of the error" not in found.verdict
 
 
 def synthetic(generator, kind):

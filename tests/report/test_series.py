@@ -201,3 +201,16 @@ def test_a_choice_that_some_method_sweeps_is_named_by_every_curve_and_is_no_hidd
         "OTM, linear (consistent mass)",
     ]
     assert differing(study) == ""
+
+
+def test_errors_are_round_off_by_the_field_of_the_file_or_the_stiffness(tmp_path, write_run):
+    for k, resolution in enumerate((8, 16, 32)):
+        error, stress = 1e-15 * (1 + k % 2), 1e-10 * (1 + k % 2)  # of 0.1 m; E is 4000 Pa
+        scalars = {"error_displacement_rms": error, "error_displacement_relative": 10.0 * error}
+        scalars |= {"error_stress_rms": stress, "error_stress_relative": np.nan}
+        write_run(tmp_path, resolution=resolution, scalars=scalars)
+    study = one_study(tmp_path)
+    for quantity in ("error_displacement_rms", "error_stress_rms"):
+        assert order_of(study, study.series[0], quantity).course == "round-off"
+    velocity = order_of(study, study.series[0], "error_velocity_rms")
+    assert velocity.course != "round-off", "no field is known"
