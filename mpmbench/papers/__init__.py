@@ -11,7 +11,14 @@ beside ``papers`` as well, with their ``plugins``. The file has one object::
 
     claim = Claims()
 
-    @claim("OTM converges with order 2", "Fig. 3", holds=lambda p: p > 1.7, sentence="p = {p:.2f}")
+    @claim(
+        "OTM converges with order 2",
+        "Fig. 3",
+        quote="The convergence of the method is quadratic.",
+        threshold="p is at least 1.7",
+        holds=lambda p: p >= 1.7,
+        sentence="p = {p:.2f}",
+    )
     def order(runs: Runs) -> dict[str, float]:
         return {"p": runs.order("bar", ERROR, method="otm").slope}
 
@@ -48,11 +55,23 @@ belong into the repository, and index.html, PDF, PNG and LaTeX beside them.
 from mpmbench.papers.find import find, names
 from mpmbench.papers.kit import Campaigns, Chapter, Paper, cell, read_campaigns
 from mpmbench.papers.page import build
-from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, Claims, MissingRuns, Runs
+from mpmbench.report.claims import (
+    FAILS,
+    HOLDS,
+    OPEN,
+    PARTLY,
+    UNDECIDED,
+    Claim,
+    Claims,
+    SetUp,
+)
+from mpmbench.report.evidence import MissingRuns, Runs
 
 __all__ = [
     "FAILS",
     "HOLDS",
+    "OPEN",
+    "PARTLY",
     "UNDECIDED",
     "Campaigns",
     "Chapter",
@@ -61,6 +80,7 @@ __all__ = [
     "MissingRuns",
     "Paper",
     "Runs",
+    "SetUp",
     "build",
     "cell",
     "find",

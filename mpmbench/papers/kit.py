@@ -12,7 +12,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mpmbench.report import coincide, figures, tables
-from mpmbench.report.claims import Claim, MissingRuns, Runs, column_of
+from mpmbench.report.claims import STATED, Claim, SetUp
+from mpmbench.report.evidence import MissingRuns, Runs, column_of
 from mpmbench.report.series import Study, orders_of, studies
 from mpmbench.report.tables import Cell, Table
 from mpmbench.results import completion
@@ -143,6 +144,11 @@ class Paper:
     claims : tuple of Claim
     summary : str
         A paragraph on top of the page.
+    set_ups : tuple of SetUp
+        What the claims are judged in: first the one that the paper states, then those one choice
+        away.
+    stated : str
+        The stated set-up in words.
     """
 
     name: str
@@ -151,6 +157,8 @@ class Paper:
     chapters: tuple[Callable[[Campaigns], Chapter], ...]
     claims: tuple[Claim, ...] = ()
     summary: str = ""
+    set_ups: tuple[SetUp, ...] = (STATED,)
+    stated: str = ""
 
 
 def read_campaigns(folder: Path) -> Campaigns:

@@ -9,7 +9,8 @@ from mpmbench.analysis.convergence import INTERVAL_MEANING
 from mpmbench.papers.find import find
 from mpmbench.papers.kit import Campaigns, Chapter, Paper, read_campaigns
 from mpmbench.report import style, tables
-from mpmbench.report.claims import HOLDS, UNDECIDED, MissingRuns, claims_table
+from mpmbench.report.claims import OPEN, PARTLY, UNDECIDED, claims_table, set_ups_table
+from mpmbench.report.evidence import MissingRuns
 from mpmbench.report.page import Picture, Writer, facts, template
 from mpmbench.report.series import studies
 from mpmbench.report.tables import Table
@@ -48,9 +49,10 @@ def build(name: str, results: Path = Path("results"), output: Path | None = None
         command = f"python -m mpmbench reproduce {name}"
         raise FileNotFoundError(f"{folder} has no result files (*.nc); `{command}` makes them")
     writer = Writer(Path(output) if output is not None else Path("reports") / name)
-    verdicts = claims_table("claims", paper.claims, campaigns)
-    if verdicts:
-        writer.table(verdicts)
+    verdicts = claims_table("claims", paper.claims, campaigns, paper.set_ups)
+    set_ups = set_ups_table("set-ups", paper.claims, campaigns, paper.set_ups)
+    for table in filter(None, (verdicts, set_ups)):
+        writer.table(table)
     with style.applied():
         chapters = [_chapter(make, campaigns) for make in paper.chapters]
         pictures = {chapter.name: _written(writer, chapter) for chapter in chapters}
@@ -59,12 +61,13 @@ def build(name: str, results: Path = Path("results"), output: Path | None = None
         for table in group:
             writer.text(f"tables/{table.name}.csv", table.csv())
     writer.text(".gitignore", NOT_COMMITTED)
-    writer.text("README.md", markdown(paper, verdicts, chapters, lists))
+    writer.text("README.md", markdown(paper, (verdicts, set_ups), chapters, lists))
     html = template("papers/page.html.jinja").render(
         paper=paper,
         claims=verdicts,
-        holds=HOLDS,
-        undecided=UNDECIDED,
+        set_ups=set_ups,
+        partly=PARTLY,
+        open=(OPEN, UNDECIDED),
         chapters=chapters,
         pictures=pictures,
         lists=lists,
@@ -110,19 +113,34 @@ def _runs(campaigns: Campaigns, experiment: str) -> Iterable[Table]:
 
 
 def markdown(
-    paper: Paper, verdicts: Table, chapters: list[Chapter], lists: dict[str, list[Table]]
+    paper: Paper,
+    verdicts: tuple[Table, Table],
+    chapters: list[Chapter],
+    lists: dict[str, list[Table]],
 ) -> str:
-    """The report as Markdown; its links lead to tables with all digits and result files."""
+    """The report as Markdown; its links lead to tables with all digits and result files.
+
+    `verdicts` are the table of the claims and that of the set-ups.
+    """
     parts = [f"# {paper.title}", paper.reference, paper.summary]
     parts.append(
         f"Written by `python -m mpmbench reproduce {paper.name}` from result files; nothing in it "
         "is typed in. The CSV files beside it hold all digits and name the result files behind "
         "each row."
     )
-    if verdicts:
-        short, rows = verdicts.columns[:4], [row[:4] for row in verdicts.rows]
-        claims = dataclasses.replace(verdicts, title="", columns=short, rows=rows).markdown()
-        parts += ["## Claims", claims.strip(), "[Evidence and result files](tables/claims.csv)"]
+    claims, set_ups = verdicts
+    if claims:
+        rows: list[list[Any]] = []
+        for statement, source, answer, because, threshold, quote, _ in claims.rows:
+            said = f"{statement.text} ({source.text})"
+            said += f": *“{quote.text}”*" if quote.text else ""
+            rows.append([said, answer, because, threshold])
+        short = Table("claims", "", ["claim", "verdict", "because", "threshold"], rows)
+        parts += ["## Claims", paper.stated, short.markdown().strip()]
+        parts.append("[Evidence and result files](tables/claims.csv)")
+    if set_ups:
+        title = f"**{set_ups.title}** ([CSV](tables/{set_ups.name}.csv))"
+        parts.append(dataclasses.replace(set_ups, title=title).markdown().strip())
     for chapter in chapters:
         parts.append(f"## {chapter.title}")
         if chapter.statement:

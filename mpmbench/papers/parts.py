@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from mpmbench.papers.kit import Campaigns, cell
 from mpmbench.report import style
-from mpmbench.report.claims import MissingRuns
+from mpmbench.report.evidence import MissingRuns
 from mpmbench.report.tables import Cell
 
 MOST_POINTS = 400  # of a drawn curve: no more can be seen

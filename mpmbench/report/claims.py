@@ -1,37 +1,46 @@
 """Claims of a paper with verdicts computed from stored runs; none is typed in by hand.
 
-A rule asks for numbers, orders and statuses by what a run must match, and answers with a `Verdict`.
-What it asked for becomes the evidence, each piece with its result files.
+A rule asks for numbers, orders and statuses by what a run must match (`evidence.Runs`). All claims
+of a paper are judged in one set-up, which the paper states, and beside it in others; where the
+paper leaves a choice open and the answer turns on it, the claim cannot be decided.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-import pandas as pd
-
-from mpmbench.analysis.convergence import estimate_order
-from mpmbench.analysis.estimate import OrderEstimate, slopes_text
-from mpmbench.report.series import field_scale
+from mpmbench.report.evidence import Evidence, MissingRuns, Runs
 from mpmbench.report.tables import Cell, Table
 from mpmbench.results.records import Campaign
 
-HOLDS, FAILS, UNDECIDED = "holds", "does not hold", "undecided"
-Match = Mapping[str, Any]
-
-
-class MissingRuns(Exception):
-    """A rule needs a run that is not there, or that did not finish; the message says which."""
+HOLDS, PARTLY, FAILS = "holds", "holds in part", "does not hold"
+OPEN, UNDECIDED = "not decidable", "undecided"  # the paper leaves a choice open; runs are missing
+MOST_SET_UPS = 8
+Holds = bool | str | Mapping[str, bool]
+Rule = Callable[[Runs], tuple[Holds, str]]
 
 
 @dataclass(frozen=True)
-class Evidence:
-    """One number or word that a verdict rests on, and its result files."""
+class SetUp:
+    """Choices under which all claims of a paper are judged.
+
+    Attributes
+    ----------
+    name : str
+        As the head of a column has it.
+    choices : mapping
+        What is chosen otherwise than in the stated set-up; rules ask for it by `Runs.choice`.
+    open : str
+        What the paper leaves open here ("the weight of the moving least squares"); empty where it
+        states a choice, so that this one departs from the paper.
+    """
 
     name: str
-    value: float | str
-    files: tuple[str, ...]
+    choices: Mapping[str, Any] = field(default_factory=dict)
+    open: str = ""
+
+
+STATED = SetUp("as stated")
 
 
 @dataclass(frozen=True)
@@ -41,134 +50,24 @@ class Verdict:
     Attributes
     ----------
     answer : str
-        ``holds``, ``does not hold``, ``holds when ...`` or ``undecided``.
+        ``holds``, ``holds in part: <where>``, ``does not hold``, ``not decidable: the paper leaves
+        ... open``; ``undecided`` while runs are missing.
     because : str
         One sentence with the numbers.
     evidence : tuple of Evidence
+    asked : frozenset of str
+        Choices of the set-up that the rule depends on.
     """
 
     answer: str
     because: str
     evidence: tuple[Evidence, ...] = ()
+    asked: frozenset[str] = frozenset()
 
-
-@dataclass
-class Runs:
-    """What a rule may ask of the campaigns; it remembers what was asked.
-
-    Attributes
-    ----------
-    campaigns : mapping
-        Campaigns by name.
-    evidence : list of Evidence
-        All that the rule has asked for so far.
-    """
-
-    campaigns: Mapping[str, Campaign]
-    evidence: list[Evidence] = field(default_factory=list)
-
-    def number(self, campaign: str, quantity: str, **match: Any) -> float:
-        """A scalar of the one run that matches (median over repeats that differ in nothing).
-
-        Parameters
-        ----------
-        campaign, quantity : str
-            For example ``"fig6"`` and ``"error_displacement_rms"``.
-        **match
-            Attributes (``method="otm"``, ``resolution=32``) and settings, dots written as two
-            underscores (``method__mass="lumped"``).
-
-        Raises
-        ------
-        MissingRuns
-            When no run matches, or none of them finished with this number.
-        ValueError
-            When the runs that match differ in a setting: the rule has to say which one it means.
-        """
-        runs = self._matching(campaign, match)
-        done = runs[runs.status == "ok"]
-        values = done[quantity].dropna() if quantity in done else pd.Series(dtype=float)
-        if values.empty:
-            state = ", ".join(sorted(set(runs.status)))
-            raise MissingRuns(
-                f"{campaign}: the run with {_words(match)} has no {quantity} (status: {state})"
-            )
-        differing = self._differing(campaign, values.index)
-        if differing:
-            raise ValueError(
-                f"{campaign}: runs with {_words(match)} differ in {', '.join(differing)}"
-            )
-        value = float(values.median())
-        self._remember(f"{quantity} of {_words(match)}", value, values.index)
-        return value
-
-    def order(
-        self, campaign: str, quantity: str, cells: Iterable[int] = (), **match: Any
-    ) -> OrderEstimate:
-        """The order of the finished runs that match, over all resolutions or over the given ones.
-
-        Raises
-        ------
-        MissingRuns
-            When fewer than two resolutions are there.
-        """
-        runs = self._matching(campaign, match)
-        wanted = set(cells)
-        done = runs[(runs.status == "ok") & (runs[quantity] > 0)] if quantity in runs else runs[:0]
-        done = done[done.resolution.isin(wanted)] if wanted else done
-        errors = done.groupby("resolution")[quantity].median()
-        if len(errors) < 2 or wanted - set(errors.index):
-            have = ", ".join(f"{n:g}" for n in errors.index) or "none"
-            raise MissingRuns(
-                f"{campaign}: the order of {_words(match)} needs more resolutions (finished: "
-                f"{have})"
-            )
-        n = errors.index.to_numpy(float)
-        unit = self.campaigns[campaign].units.get(quantity, "")
-        found = estimate_order(
-            1.0 / n,
-            errors.to_numpy(float),
-            labels=[f"{k:g}" for k in n],
-            error_unit=unit,
-            scale=field_scale(self.campaigns[campaign], done, quantity),
-        )
-        self._remember(
-            f"order of {quantity}, {_words(match)}",
-            f"{slopes_text(found)}, {found.levels}",
-            done.index,
-        )
-        return found
-
-    def status(self, campaign: str, **match: Any) -> str:
-        """How the one run that matches ended."""
-        runs = self._matching(campaign, match)
-        if len(runs) != 1:
-            raise ValueError(f"{campaign}: {len(runs)} runs match {_words(match)}, not one")
-        self._remember(f"status of {_words(match)}", str(runs.status.iloc[0]), runs.index)
-        return str(runs.status.iloc[0])
-
-    def _matching(self, campaign: str, match: Match) -> pd.DataFrame:
-        if campaign not in self.campaigns:
-            raise MissingRuns(f"there is no campaign {campaign}")
-        runs = self.campaigns[campaign].runs
-        keep = pd.Series(True, index=runs.index)
-        for key, value in match.items():
-            column = column_of(self.campaigns[campaign], campaign, key)
-            keep &= column.map(lambda found, value=value: _equal(found, value))
-        if not keep.any():
-            raise MissingRuns(f"{campaign}: no run with {_words(match)}")
-        return runs[keep]
-
-    def _differing(self, campaign: str, files: pd.Index) -> list[str]:
-        settings = self.campaigns[campaign].settings.loc[files]
-        return [str(key) for key in settings if settings[key].map(repr).nunique() > 1]
-
-    def _remember(self, name: str, value: float | str, files: pd.Index) -> None:
-        self.evidence.append(Evidence(name, value, tuple(map(str, files))))
-
-
-Holds = bool | str
-Rule = Callable[[Runs], tuple[Holds, str]]
+    @property
+    def short(self) -> str:
+        """The answer without where and why."""
+        return self.answer.partition(":")[0]
 
 
 @dataclass(frozen=True)
@@ -180,18 +79,21 @@ class Claim:
     name : str
         Short and unique, for links.
     statement, source : str
-        The paper's statement and where it stands (section, figure, table).
+        What is judged, and where the paper says it (section, figure, table).
     rule : callable, optional
-        Takes `Runs`, returns whether the statement holds, as `holds` does (or the whole answer),
-        and a sentence with the numbers. It stands for the three that follow when the words depend
-        on what is found.
+        Takes `Runs`, returns what `holds` does and a sentence with the numbers. It stands for the
+        three that follow when the words depend on what is found.
     measure : callable, optional
         Takes `Runs`, returns numbers by name.
     holds : callable, optional
-        Takes these numbers by name, returns whether the statement holds, or the condition under
-        which it does (``"when the mass is lumped"``).
+        Takes these numbers by name, returns whether the statement holds; where it holds in part,
+        the place in words (``"with lumped mass"``), or an answer for each part by its name.
     sentence : str
         A format of the numbers: ``"with 200 cells the error is {error:.1e} m"``.
+    quote : str
+        The paper's own sentence.
+    threshold : str
+        What the statement has to meet, in words and numbers.
     """
 
     name: str
@@ -201,6 +103,8 @@ class Claim:
     measure: Callable[[Runs], Mapping[str, Any]] | None = None
     holds: Callable[..., Holds] | None = None
     sentence: str = ""
+    quote: str = ""
+    threshold: str = ""
 
     def __post_init__(self) -> None:
         """Refuse a claim that nothing judges, or two things."""
@@ -218,9 +122,18 @@ class Claim:
             assert self.measure is not None and self.holds is not None
             found = self.measure(runs)
             holds, because = self.holds(**found), self.sentence.format(**found)
-        if isinstance(holds, str):
-            return (f"{HOLDS} {holds}" if holds.startswith("when ") else holds), because
-        return (HOLDS if holds else FAILS), because
+        return in_words(holds), because
+
+
+def in_words(holds: Holds) -> str:
+    """``holds``, ``does not hold``, or ``holds in part: <where>``."""
+    if isinstance(holds, Mapping):
+        good = [name for name, does in holds.items() if does]
+        bad = [name for name, does in holds.items() if not does]
+        holds = not bad or (bool(good) and f"for {', '.join(good)}; not for {', '.join(bad)}")
+    if isinstance(holds, str):
+        return holds if holds in (HOLDS, FAILS) else f"{PARTLY}: {holds}"
+    return HOLDS if holds else FAILS
 
 
 class Claims(list[Claim]):
@@ -235,57 +148,141 @@ class Claims(list[Claim]):
 
     def __call__(self, statement: str, source: str, **parts: Any) -> Callable[[Any], Any]:
         def add(function: Any) -> Any:
-            role = "measure" if parts else "rule"
+            role = "measure" if "holds" in parts or "sentence" in parts else "rule"
             self.append(Claim(function.__name__, statement, source, **{role: function}, **parts))
             return function
 
         return add
 
 
-def judge(claim: Claim, campaigns: Mapping[str, Campaign]) -> Verdict:
-    """Apply the rule of a claim; missing or failed runs leave it undecided, with the reason."""
-    runs = Runs(campaigns)
+def judge(
+    claim: Claim, campaigns: Mapping[str, Campaign], set_ups: Sequence[SetUp] = (STATED,)
+) -> Verdict:
+    """The verdict of a paper's first set-up, unless it turns on a choice that the paper leaves open.
+
+    Runs that are missing or failed leave it undecided, with the reason.
+    """
+    stated = judge_in(claim, campaigns, set_ups[0])
+    if stated.answer == UNDECIDED:
+        return stated
+    turned: dict[str, list[str]] = {}
+    evidence = list(stated.evidence)
+    for set_up in set_ups[1:]:
+        if not (set_up.open and stated.asked & set(set_up.choices)):
+            continue
+        other = judge_in(claim, campaigns, set_up)
+        if other.answer != UNDECIDED and other.short != stated.short:
+            words = f"{set_up.name}: {other.answer} ({other.because})"
+            turned.setdefault(set_up.open, []).append(words)
+            evidence += other.evidence
+    if not turned:
+        return stated
+    answer = f"{OPEN}: the paper leaves {' and '.join(turned)} open"
+    because = f"{set_ups[0].name}: {stated.answer} ({stated.because}). " + ". ".join(
+        words for group in turned.values() for words in group
+    )
+    return Verdict(answer, because, tuple(evidence), stated.asked)
+
+
+def judge_in(claim: Claim, campaigns: Mapping[str, Campaign], set_up: SetUp) -> Verdict:
+    """The verdict in one set-up."""
+    runs = Runs(campaigns, choices=set_up.choices)
     try:
         answer, because = claim.answer(runs)
     except MissingRuns as missing:
-        return Verdict(UNDECIDED, str(missing), tuple(runs.evidence))
-    return Verdict(answer, because, tuple(runs.evidence))
+        answer, because = UNDECIDED, str(missing)
+    return Verdict(answer, because, tuple(runs.evidence), frozenset(runs.asked))
 
 
-def claims_table(name: str, claims: Iterable[Claim], campaigns: Mapping[str, Campaign]) -> Table:
+def claims_table(
+    name: str,
+    claims: Iterable[Claim],
+    campaigns: Mapping[str, Campaign],
+    set_ups: Sequence[SetUp] = (STATED,),
+) -> Table:
     """Claims, verdicts and evidence; every row links to its runs."""
     rows = []
     for claim in claims:
-        verdict = judge(claim, campaigns)
+        verdict = judge(claim, campaigns, set_ups)
         files = tuple(dict.fromkeys(file for piece in verdict.evidence for file in piece.files))
         numbers = "; ".join(f"{piece.name}: {Cell(piece.value).text}" for piece in verdict.evidence)
         answer = Cell(verdict.answer, files)
-        rows.append([claim.statement, claim.source, answer, verdict.because, numbers])
-    return Table(name, "Claims", ["claim", "source", "verdict", "because", "evidence"], rows)
+        threshold, quote = claim.threshold, claim.quote
+        rows.append(
+            [claim.statement, claim.source, answer, verdict.because, threshold, quote, numbers]
+        )
+    columns = ["claim", "source", "verdict", "because", "threshold", "the paper", "evidence"]
+    return Table(name, "Claims", columns, rows)
 
 
-def column_of(campaign: Campaign, called: str, key: str) -> pd.Series:
-    """What the runs of a campaign have for an attribute or a setting.
+def set_ups_table(
+    name: str,
+    claims: Iterable[Claim],
+    campaigns: Mapping[str, Campaign],
+    set_ups: Sequence[SetUp],
+) -> Table:
+    """Which set-up satisfies which claim; an empty table where there is one set-up only.
+
+    A claim that does not depend on what a set-up changes has the stated answer there.
 
     Raises
     ------
-    MissingRuns
-        When none has it.
+    ValueError
+        For more set-ups than `MOST_SET_UPS`.
     """
-    name = key.replace("__", ".")
-    for table in (campaign.runs, campaign.settings):
-        if name in table:
-            return table[name]
-    raise MissingRuns(f"{called}: no run has a setting {name}")
+    if len(set_ups) > MOST_SET_UPS:
+        raise ValueError(f"{len(set_ups)} set-ups; a table has at most {MOST_SET_UPS}")
+    columns = ["claim", *(set_up.name for set_up in set_ups)]
+    if len(set_ups) < 2:
+        return Table(name, "", columns, [])
+    rows, reasons = [], []
+    counts = {set_up.name: 0 for set_up in set_ups}
+    total = 0
+    for claim in claims:
+        row: list[Any] = [claim.statement]
+        for set_up, verdict in zip(set_ups, _across(claim, campaigns, set_ups), strict=True):
+            counts[set_up.name] += verdict.answer == HOLDS
+            files = tuple(dict.fromkeys(file for one in verdict.evidence for file in one.files))
+            row.append(Cell(SHORT.get(verdict.short, ""), files))
+            if verdict.answer == UNDECIDED:
+                reasons.append(f"{claim.statement}, {set_up.name}: {verdict.because}")
+        rows.append(row)
+        total += 1
+    rows.append([f"hold, of {total}", *(Cell(counts[one.name]) for one in set_ups)])
+    return Table(
+        name, "Claims and set-ups", columns, rows, _summary(set_ups, counts, total, reasons)
+    )
 
 
-def _equal(found: Any, wanted: Any) -> bool:
-    if isinstance(wanted, (int, float)) and not isinstance(wanted, bool):
-        return isinstance(found, (int, float)) and bool(
-            np.isclose(found, wanted, rtol=1e-9, atol=0.0)
-        )
-    return bool(found == wanted)
+SHORT = {HOLDS: "yes", PARTLY: "in part", FAILS: "no"}
 
 
-def _words(match: Match) -> str:
-    return ", ".join(f"{key.replace('__', '.')} {value}" for key, value in match.items())
+def _across(
+    claim: Claim, campaigns: Mapping[str, Campaign], set_ups: Sequence[SetUp]
+) -> Iterator[Verdict]:
+    """The verdict of every set-up; it is computed only where the claim depends on the choices."""
+    stated = judge_in(claim, campaigns, set_ups[0])
+    yield stated
+    for set_up in set_ups[1:]:
+        touched = stated.asked & set(set_up.choices)
+        yield judge_in(claim, campaigns, set_up) if touched else stated
+
+
+def _summary(
+    set_ups: Sequence[SetUp], counts: Mapping[str, int], total: int, reasons: Sequence[str]
+) -> str:
+    """Whether any set-up satisfies all claims, which are left open by the paper, and what is missing."""
+    full = [name for name, count in counts.items() if count == total]
+    most = max(counts.values())
+    best = ", ".join(name for name, count in counts.items() if count == most)
+    parts = [
+        f"All claims hold in: {', '.join(full)}."
+        if full
+        else f"No set-up satisfies all {total} claims; the most, {most}, hold in: {best}."
+    ]
+    undisclosed = dict.fromkeys(set_up.open for set_up in set_ups if set_up.open)
+    if undisclosed:
+        parts.append(f"The paper leaves open: {', '.join(undisclosed)}.")
+    if reasons:
+        parts.append(f"Empty: {'; '.join(reasons)}.")
+    return " ".join(parts)

@@ -73,7 +73,7 @@ def test_becomes_a_page_from_its_own_files(tmp_path, monkeypatch, sample, write_
     chosen = reproduce.choose("bar_orders", Path("results"))
     assert reproduce.report("bar_orders", Path("results/bar_orders"), chosen)
     text = Path("reports/bar_orders/README.md").read_text()
-    assert f"| MPM converges with order 2 | Fig. 1 | {HOLDS} | p = 2.00 |" in text
+    assert f"| MPM converges with order 2 (Fig. 1) | {HOLDS} | p = 2.00 |" in text
     assert "## The bar with fixed ends" in text
     campaigns = read_campaigns(Path("results/bar_orders"))
     claim = papers.find("bar_orders").claims[0]

@@ -2,7 +2,19 @@
 
 import pytest
 
-from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, Claim, Runs, claims_table, judge
+from mpmbench.report.claims import (
+    FAILS,
+    HOLDS,
+    OPEN,
+    STATED,
+    UNDECIDED,
+    Claim,
+    SetUp,
+    claims_table,
+    judge,
+    set_ups_table,
+)
+from mpmbench.report.evidence import Runs
 from mpmbench.results.records import read_campaign
 
 ERROR = "error_displacement_rms"
@@ -78,7 +90,7 @@ def test_table_links_every_verdict_to_its_runs(campaign):
     assert [row[2].value for row in table.rows] == [HOLDS, HOLDS]
     assert [len(row[2].files) for row in table.rows] == [2, 4]
     assert (
-        "order of error_displacement_rms, method mpm, basis linear: 2.0" in table.rows[1][4].value
+        "order of error_displacement_rms, method mpm, basis linear: 2.0" in table.rows[1][6].value
     )
 
 
@@ -87,8 +99,14 @@ def test_table_links_every_verdict_to_its_runs(campaign):
     [
         (lambda error: error < 1.0, HOLDS),
         (lambda error: error > 1.0, FAILS),
-        (lambda error: error < 1.0 and "when it is small", f"{HOLDS} when it is small"),
+        (lambda error: error < 1.0 and "when it is small", "holds in part: when it is small"),
         (lambda error: error > 1.0 and "when it is large", FAILS),
+        (
+            lambda error: {"bar": error < 1.0, "plate": error > 1.0},
+            "holds in part: for bar; not for plate",
+        ),
+        (lambda error: {"bar": error < 1.0, "plate": error < 2.0}, HOLDS),
+        (lambda error: {"bar": error > 1.0}, FAILS),
     ],
 )
 def test_a_measure_a_threshold_and_a_sentence_make_a_verdict(tmp_path, write_run, holds, answer):
@@ -117,3 +135,64 @@ def test_a_measure_a_threshold_and_a_sentence_make_a_verdict(tmp_path, write_run
 def test_a_claim_has_one_thing_that_judges_it(parts):
     with pytest.raises(ValueError, match="claim one: a rule, or measure, holds and sentence"):
         Claim("one", "It is small", "Fig. 1", **parts)
+
+
+LUMPED = {"mass": "lumped"}
+
+
+@pytest.fixture
+def masses(tmp_path, write_run):
+    """Runs whose error is small with one mass only."""
+    write_run(tmp_path, "otm", resolution=8, constant=0.064, floor=0.0, mass="consistent")
+    write_run(tmp_path, "otm", resolution=8, constant=6.4, floor=0.0, mass="lumped")
+    return {"bar": read_campaign(tmp_path)}
+
+
+def small(runs):
+    mass = runs.choice("mass", "consistent")
+    error = runs.number("bar", ERROR, method="otm", method__mass=mass)
+    return error < 0.01, f"{error:.1e} m"
+
+
+def indifferent(runs):
+    return runs.status("bar", method="otm", method__mass="lumped") == "ok", "it ran"
+
+
+SMALL = Claim("small", "It is small", "Fig. 1", small)
+INDIFFERENT = Claim("runs", "It runs", "Fig. 1", indifferent)
+
+
+def test_a_claim_that_turns_on_what_the_paper_leaves_open_is_not_decidable(masses):
+    undisclosed = (STATED, SetUp("lumped", LUMPED, open="the mass"))
+    verdict = judge(SMALL, masses, undisclosed)
+    assert verdict.answer == f"{OPEN}: the paper leaves the mass open"
+    assert "as stated: holds (1.0e-03 m)" in verdict.because
+    assert "lumped: does not hold (1.0e-01 m)" in verdict.because
+    assert judge(INDIFFERENT, masses, undisclosed).answer == HOLDS
+
+
+def test_a_set_up_that_departs_from_the_paper_changes_no_verdict(masses):
+    assert judge(SMALL, masses, (STATED, SetUp("lumped", LUMPED))).answer == HOLDS
+
+
+def test_table_of_set_ups_says_which_satisfies_all(masses):
+    lumped = SetUp("lumped", LUMPED, open="the mass")
+    table = set_ups_table("set-ups", [SMALL, INDIFFERENT], masses, (STATED, lumped))
+    assert [[cell.text for cell in row[1:]] for row in table.rows] == [
+        ["yes", "no"],
+        ["yes", "yes"],
+        ["2", "1"],
+    ]
+    assert "All claims hold in: as stated." in table.note
+    assert "The paper leaves open: the mass." in table.note
+    table = set_ups_table("set-ups", [SMALL], masses, (lumped, SetUp("third", {"mass": "none"})))
+    assert [cell.text for cell in table.rows[0][1:]] == ["no", ""]
+    assert "No set-up satisfies all 1 claims" in table.note
+    assert "Empty: It is small, third: bar: no run with method otm" in table.note
+
+
+def test_a_table_of_one_set_up_is_left_out_and_one_of_many_refused(masses):
+    assert not set_ups_table("set-ups", [SMALL], masses, (STATED,))
+    many = tuple(SetUp(str(k)) for k in range(9))
+    with pytest.raises(ValueError, match="9 set-ups"):
+        set_ups_table("set-ups", [SMALL], masses, many)

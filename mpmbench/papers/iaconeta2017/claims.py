@@ -7,7 +7,8 @@ import numpy as np
 from mpmbench.analysis.estimate import slopes_text
 from mpmbench.papers.iaconeta2017.disk import ROWS, STEPS, printed_overheads
 from mpmbench.papers.iaconeta2017.support import COLUMNS, MESHES, METHODS
-from mpmbench.report.claims import Claims, MissingRuns, Runs
+from mpmbench.report.claims import Claims
+from mpmbench.report.evidence import MissingRuns, Runs
 from mpmbench.report.timing import clock_in
 
 Answer = tuple[bool | str, str]

@@ -17,7 +17,7 @@ from mpmbench.papers.iaconeta2017.support import COLUMNS, MESHES, METHODS, histo
 from mpmbench.papers.kit import Campaigns, Chapter, cell
 from mpmbench.papers.parts import of_file, quantities, thinned, with_digits
 from mpmbench.report import style
-from mpmbench.report.claims import MissingRuns
+from mpmbench.report.evidence import MissingRuns
 from mpmbench.report.figures import name_axes, panels, single
 from mpmbench.report.tables import Cell
 

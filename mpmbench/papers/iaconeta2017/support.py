@@ -8,7 +8,7 @@ from matplotlib.tri import Triangulation
 
 from mpmbench.papers.kit import Campaigns, subset
 from mpmbench.report import style
-from mpmbench.report.claims import MissingRuns
+from mpmbench.report.evidence import MissingRuns
 
 METHODS: dict[str, dict[str, str]] = {
     "UL-FEM": {"method": "fem", "basis": "linear"},

@@ -6,7 +6,8 @@ from mpmbench.papers.li2009.bar import BARS, STRETCHES
 from mpmbench.papers.li2009.bar import GAMMAS as LOCALITIES
 from mpmbench.papers.li2009.functions import GAMMAS, PUBLISHED, TOLERANCES
 from mpmbench.papers.li2009.support import CONSISTENT, DENSITY, LUMPED, OTM, VELOCITY
-from mpmbench.report.claims import Claims, Runs
+from mpmbench.report.claims import Claims
+from mpmbench.report.evidence import Runs
 
 Answer = tuple[bool | str, str]
 AMPLITUDE = 3.2975e-5  # of the tip [m]

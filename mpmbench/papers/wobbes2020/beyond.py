@@ -9,7 +9,7 @@ from mpmbench.papers.kit import Campaigns, Chapter, MissingRuns, cell, subset
 from mpmbench.papers.parts import along, finished, ticks
 from mpmbench.papers.wobbes2020.support import ERROR, METHODS, PAIRS, STRESS, method
 from mpmbench.report import style
-from mpmbench.report.claims import Runs
+from mpmbench.report.evidence import Runs
 from mpmbench.report.figures import name_axes, single, tiles
 from mpmbench.report.tables import ratio
 

@@ -12,7 +12,8 @@ from mpmbench.papers.wobbes2020.beyond import floor_growth
 from mpmbench.papers.wobbes2020.support import ERROR, METHODS, MOVING, PAIRS, STRESS, method
 from mpmbench.papers.wobbes2020.survival import CUTOFFS, LAYOUTS, NODES, SIGNS
 from mpmbench.papers.wobbes2020.table1 import PAPER, ratios
-from mpmbench.report.claims import Claims, Evidence, MissingRuns, Runs
+from mpmbench.report.claims import Claims
+from mpmbench.report.evidence import Evidence, MissingRuns, Runs
 from mpmbench.report.tables import number_text
 from mpmbench.report.timing import clock_in
 
