@@ -31,61 +31,17 @@ from numba.core.serialize import dumps
 from benchmarks.mutations import Mutant, draw
 
 CHECKOUT = Path(__file__).parents[1]
-LISTS = Path(__file__).with_suffix(".yaml")  # named mutants, and those that change no result
+LISTS = Path(__file__).with_suffix(".yaml")  # near tests, named mutants, those that change nothing
 COPIED = ("mpmbench", "tests", "benchmarks", "conf", "experiments", "examples", "reports")
 LIMIT = 300.0  # seconds for the near tests of one mutant
 WHOLE_LIMIT = 3600.0
-NEAR: dict[str, str] = {  # the longest beginning of a path counts
-    "analysis": "analysis report/test_series.py report/test_claims.py",
-    "core": "core/test_simulation.py core/test_carry.py core/test_energy.py core/test_limits.py "
-    "core/test_loops.py core/test_tracers.py core/test_transfers.py",
-    "core/geometry": "core/test_geometry.py core/test_simplices.py core/implicit/test_clouds.py",
-    "core/bases": "core/test_bases.py core/test_product_grid.py core/test_simplices.py",
-    "core/bases/clouds": "core/implicit/test_clouds.py core/test_bases.py",
-    "core/bases/entropy": "core/test_maxent.py core/test_local_maxent.py core/test_bases.py",
-    "core/compiled": "core/test_materials.py core/test_bases.py core/test_carry.py "
-    "core/test_maxent.py core/implicit/test_tangents.py",
-    "core/energies": "core/test_energy.py core/test_loops.py",
-    "core/implicit": "core/implicit/test_static.py core/implicit/test_dynamic.py "
-    "core/test_tracers.py",
-    "core/loops": "core/test_carry.py core/test_energy.py core/test_limits.py core/test_loops.py "
-    "core/test_tracers.py core/test_transfers.py",
-    "core/loops/newmark": "core/implicit/test_dynamic.py",
-    "core/loops/implicit": "core/implicit/test_static.py core/implicit/test_dynamic.py",
-    "core/loops/static": "core/implicit/test_static.py",
-    "core/loops/sph": "core/test_loops.py problems/test_elastic_bar_tension.py",
-    "core/materials": "core/test_materials.py core/implicit/test_tangents.py",
-    "core/matrix": "core/matrix core/test_carry.py core/test_energy.py core/test_limits.py",
-    "core/matrix/blocks": "core/implicit/test_static.py core/implicit/test_dynamic.py",
-    "core/matrix/conjugate": "core/matrix core/implicit/test_static.py",
-    "core/matrix/mass_checks": "core/matrix/test_mass_checks.py problems/test_isothermal_shock.py",
-    "core/matrix/pattern": "core/matrix core/implicit/test_static.py",
-    "core/moved": "core/test_moved.py",
-    "core/registry": "core/test_moved.py settings runs/test_check.py runs/test_plugins.py",
-    "core/setting": "core/test_setting.py settings",
-    "core/transfer": "core/test_carry.py core/test_energy.py core/test_limits.py "
-    "core/test_loops.py core/test_tracers.py core/test_transfers.py",
-    "problems": "runs/test_check.py",
-    "problems/cantilever": "core/implicit/test_static.py core/implicit/test_dynamic.py",
-    "problems/lme": "core/test_local_maxent.py runs/test_check.py",
-    "problems/patch": "core/implicit/test_clouds.py runs/test_check.py",
-    "problems/rolling": "core/implicit/test_clouds.py runs/test_check.py",
-    "problems/soil": "core/implicit/test_dynamic.py",
-    "report": "report",
-    "runs/hydra": "runs/test_compose.py runs/test_bad_input.py runs/test_sweep.py "
-    "runs/test_properties.py",
-    "runs/process": "runs/test_environment.py runs/test_load.py runs/test_reasons.py "
-    "runs/test_turns.py runs/test_single.py runs/test_failures.py",
-    "runs/sweep": "runs/test_sweep.py runs/test_session.py runs/test_single.py "
-    "runs/test_live.py runs/test_result.py runs/test_failures.py",
-}
 
 
-def near_tests(tree: Path, path: str) -> list[str]:
+def near_tests(near: dict[str, str], tree: Path, path: str) -> list[str]:
     """Test files of a tree for a file of the package, those that import it or bear its name first."""
-    key = max((key for key in NEAR if path.startswith(key)), key=len)
+    key = max((key for key in near if path.startswith(key)), key=len)
     files: list[Path] = []
-    for name in NEAR[key].split():
+    for name in near[key].split():
         place = tree / "tests" / name
         files += sorted(place.rglob("test_*.py")) if place.is_dir() else [place]
     own = tree / "tests" / Path(path).parent / f"test_{Path(path).stem}.py"
@@ -367,7 +323,10 @@ def main(words: list[str]) -> int:
         if before and not (alive and repeat):
             continue
         copy = copy or Copy(chosen.scratch.absolute())
-        tests, whole = near_tests(copy.tree, mutant.path), bool(before and chosen.whole)
+        tests, whole = (
+            near_tests(lists["near"], copy.tree, mutant.path),
+            bool(before and chosen.whole),
+        )
         if not whole:
             copy.expect_green(tests)
         outcome, by, seconds = copy.test(mutant.path, mutant.apply, tests, whole)
