@@ -296,7 +296,7 @@ def arguments(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--again", action="store_true", help="run survivors once more")
     parser.add_argument("--whole", action="store_true", help="survivors against the whole suite")
     parser.add_argument("--show", action="store_true", help="only the table of what is there")
-    parser.add_argument("--results", type=Path, default=Path("mutants.jsonl"))
+    parser.add_argument("--results", type=Path, default=LISTS.with_suffix(".jsonl"))
     parser.add_argument("--scratch", type=Path, required="--show" not in words, help="a folder")
     return parser.parse_args(words)
 

@@ -1,5 +1,7 @@
 """What the figures show: checked on the artists, not on pixels."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -159,6 +161,25 @@ def test_work_precision_prefers_exclusive_times(tmp_path, write_run):
     assert exclusive
     assert lines(figure)[0].get_xdata() == pytest.approx([8e-4, 1.6e-3])
     assert not figure.axes[0].texts
+
+
+@pytest.mark.parametrize(
+    "changed",
+    (
+        {"stress": None},
+        {"position": None},
+        {"stress": np.zeros((0, 3, 1))},
+        {"stress": np.ones((2, 4, 1))},
+    ),
+)
+def test_a_run_without_final_fields_has_no_panel(changed) -> None:
+    """One of the two is not there, has no instant, or is that of other particles."""
+    whole = {"position": np.zeros((2, 3, 1)), "stress": np.ones((2, 3, 1))}
+    found = {key: part for key, part in (whole | changed).items() if part is not None}
+    study = SimpleNamespace(campaign=SimpleNamespace(variables=lambda file, names: found))
+    assert profiles._field(study, None, "") is None
+    found |= whole
+    assert profiles._field(study, None, "").stress.tolist() == [1.0, 1.0, 1.0]
 
 
 def test_work_precision_marks_shared_times(tmp_path, write_quickstart):
