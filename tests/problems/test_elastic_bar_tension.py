@@ -75,6 +75,8 @@ def test_tip_history(method: str, basis: str, changes: dict[str, Any], energy: f
     assert float(result["tip_displacement_error"]) <= 0.03
     assert float(result["tip_velocity_max"]) <= 7.0
     assert float(result["total_energy_drift"]) <= energy
+    kept = result["total_energy"][-1] / result["total_energy"][0]
+    assert float(result["total_energy_end"]) == float(kept)
 
 
 @pytest.mark.slow

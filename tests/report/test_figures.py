@@ -232,6 +232,9 @@ def test_plane_problem_has_a_line_and_a_map(tmp_path, write_run):
     _, fields = profiles.final_fields(study)
     with style.applied():
         profile, chart = profiles.stress_profile(fields), profiles.particle_map(fields)
+    for figure in (profile, chart):
+        titles = [axes.get_title().replace("\n", " ") for axes in figure.axes[: len(fields)]]
+        assert titles == [field.series.name for field in fields]
     assert len(profile.axes[0].get_lines()[1].get_xdata()) == 64, "one row of particles"
     assert len(chart.axes[0].collections[0].get_offsets()) == 64**2
     assert "x_2" in chart.get_supylabel()

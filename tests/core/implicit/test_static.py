@@ -234,6 +234,16 @@ def test_newton_gives_up_what_goes_in_circles(
             newton(state, equations, np.zeros((1, 1)), 0.0, norms)
 
 
+def test_residuals_are_compared_with_the_external_or_the_largest_force() -> None:
+    equations = SimpleNamespace(size=lambda du, residual: 2.0)
+    for external, internal, reference in ((5.0, 9.0, 5.0), (0.0, 9.0, 9.0), (0.0, 1.0, 2.0)):
+        equations.external, equations.internal = np.array([external]), np.array([internal])
+        assert Equations.reference(equations, None, None) == reference  # type: ignore[arg-type]
+    equations.size = lambda du, residual: 0.0
+    equations.internal = np.zeros(1)
+    assert Equations.reference(equations, None, None) == 1.0  # type: ignore[arg-type]
+
+
 def test_settings_are_checked() -> None:
     for changes, message in (
         ({"resolution": 12}, "multiple of 8"),
