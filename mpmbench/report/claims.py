@@ -87,7 +87,8 @@ class Claim:
         Takes `Runs`, returns numbers by name.
     holds : callable, optional
         Takes these numbers by name, returns whether the statement holds; where it holds in part,
-        the place in words (``"with lumped mass"``), or an answer for each part by its name.
+        the place in words (``"with lumped mass"``), or an answer for each part by its name; ``"not
+        decidable: ..."`` with what the paper leaves open.
     sentence : str
         A format of the numbers: ``"with 200 cells the error is {error:.1e} m"``.
     quote : str
@@ -132,7 +133,8 @@ def in_words(holds: Holds) -> str:
         bad = [name for name, does in holds.items() if not does]
         holds = not bad or (bool(good) and f"for {', '.join(good)}; not for {', '.join(bad)}")
     if isinstance(holds, str):
-        return holds if holds in (HOLDS, FAILS) else f"{PARTLY}: {holds}"
+        known = (HOLDS, FAILS, OPEN)
+        return holds if holds.partition(":")[0] in known else f"{PARTLY}: {holds}"
     return HOLDS if holds else FAILS
 
 
@@ -235,7 +237,7 @@ def set_ups_table(
     columns = ["claim", *(set_up.name for set_up in set_ups)]
     if len(set_ups) < 2:
         return Table(name, "", columns, [])
-    rows, reasons = [], []
+    rows, reasons = [], {}
     counts = {set_up.name: 0 for set_up in set_ups}
     total = 0
     for claim in claims:
@@ -245,7 +247,8 @@ def set_ups_table(
             files = tuple(dict.fromkeys(file for one in verdict.evidence for file in one.files))
             row.append(Cell(SHORT.get(verdict.short, ""), files))
             if verdict.answer == UNDECIDED:
-                reasons.append(f"{claim.statement}, {set_up.name}: {verdict.because}")
+                where = reasons.setdefault(f"{claim.statement}: {verdict.because}", [])
+                where.append(set_up.name)
         rows.append(row)
         total += 1
     rows.append([f"hold, of {total}", *(Cell(counts[one.name]) for one in set_ups)])
@@ -269,7 +272,10 @@ def _across(
 
 
 def _summary(
-    set_ups: Sequence[SetUp], counts: Mapping[str, int], total: int, reasons: Sequence[str]
+    set_ups: Sequence[SetUp],
+    counts: Mapping[str, int],
+    total: int,
+    reasons: Mapping[str, Sequence[str]],
 ) -> str:
     """Whether any set-up satisfies all claims, which are left open by the paper, and what is missing."""
     full = [name for name, count in counts.items() if count == total]
@@ -284,5 +290,6 @@ def _summary(
     if undisclosed:
         parts.append(f"The paper leaves open: {', '.join(undisclosed)}.")
     if reasons:
-        parts.append(f"Empty: {'; '.join(reasons)}.")
+        empty = "; ".join(f"{reason} ({', '.join(where)})" for reason, where in reasons.items())
+        parts.append(f"Empty cells: {empty}.")
     return " ".join(parts)

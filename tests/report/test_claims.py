@@ -188,7 +188,7 @@ def test_table_of_set_ups_says_which_satisfies_all(masses):
     table = set_ups_table("set-ups", [SMALL], masses, (lumped, SetUp("third", {"mass": "none"})))
     assert [cell.text for cell in table.rows[0][1:]] == ["no", ""]
     assert "No set-up satisfies all 1 claims" in table.note
-    assert "Empty: It is small, third: bar: no run with method otm" in table.note
+    assert "Empty cells: It is small: bar: no run with method otm" in table.note
 
 
 def test_a_table_of_one_set_up_is_left_out_and_one_of_many_refused(masses):

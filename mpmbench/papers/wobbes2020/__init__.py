@@ -39,4 +39,6 @@ PAPER = Paper(
         references.references_chapter,
     ),
     claims=tuple(claims.claim),
+    set_ups=claims.SET_UPS,
+    stated=claims.IN_WORDS,
 )
