@@ -237,7 +237,8 @@ def set_ups_table(
     columns = ["claim", *(set_up.name for set_up in set_ups)]
     if len(set_ups) < 2:
         return Table(name, "", columns, [])
-    rows, reasons = [], {}
+    rows: list[list[Any]] = []
+    reasons: dict[str, list[str]] = {}
     counts = {set_up.name: 0 for set_up in set_ups}
     total = 0
     for claim in claims:
