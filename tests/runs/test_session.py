@@ -5,7 +5,8 @@ from contextlib import contextmanager
 import pytest
 
 from mpmbench.runs.hydra import compose
-from mpmbench.runs.sweep import session
+from mpmbench.runs.process import environment
+from mpmbench.runs.sweep import launchers, session
 from mpmbench.runs.sweep.ledger import Ledger
 from mpmbench.runs.sweep.plan import Cell, Plan
 from mpmbench.settings.schema import BadInput
@@ -66,3 +67,22 @@ def test_what_a_dying_worker_takes_down_is_launched_again(of_two, monkeypatch):
     monkeypatch.setattr(session, "launch", die_once)
     sweep.launch(ledger)
     assert calls == [[first, second], [second]]
+
+
+def test_kernels_are_compiled_once_for_each_kind_of_run_and_again_when_that_failed(
+    tmp_path, monkeypatch
+):
+    pairs = [["basis=linear"], ["basis=bspline"], ["basis=linear", "time_step=2e-5"]]
+    plan = Plan([Cell(config) for config, _ in compose.compose_many(pairs)])
+    compiled = []
+
+    def compiles(config):
+        compiled.append(config["basis"]["name"])
+        return "ok" if config["basis"]["name"] == "linear" else "crashed, no"
+
+    monkeypatch.setattr(environment, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(launchers, "compile_kernels", compiles)
+    launchers.warm_up(plan)
+    assert sorted(compiled) == ["bspline", "linear"]
+    launchers.warm_up(plan)
+    assert sorted(compiled) == ["bspline", "bspline", "linear"]
