@@ -159,7 +159,7 @@ def spline_order(runs: Runs) -> Answer:
     "Lumping has little influence at low order, but changes the order of BSMPM",
     "Sect. 7",
     quote="While mass lumping has little influence on the solution quality of lower order methods, "
-    "its approximation of the consistent mass matrix can significantly influence the spatial "
+    "its O(h²) approximation of the consistent mass matrix can significantly influence the spatial "
     "convergence of higher-order methods such as BSMPM",
     threshold=f"little: errors differ by less than a factor of {LITTLE:g}; {ORDER}",
 )

@@ -93,8 +93,8 @@ def ranking(runs: Runs) -> Answer:
 @claim(
     "MPM with max-ent functions needs d_max = 3 on the plate",
     "Sect. 8.3",
-    quote="To obtain these results with the MPM algorithm, the user-defined factor is set to 3.0, "
-    "while for the OTM method, 2.0 is taken",
+    quote="To obtain these results with the MPM algorithm, the user-defined factor d_max is set to "
+    "3.0, while for the OTM method, d_max = 2.0 is taken",
     threshold="with d_max = 2 the run fails, or its error of the stress is larger",
 )
 def support_size(runs: Runs) -> Answer:
