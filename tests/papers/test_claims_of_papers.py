@@ -1,0 +1,34 @@
+"""Every claim of the shipped papers is a sentence of its paper with a stated threshold."""
+
+import pytest
+
+from mpmbench.papers import Campaigns, find
+from mpmbench.report.claims import MOST_SET_UPS, UNDECIDED, judge
+
+PAPERS = ("wobbes2020", "li2009", "iaconeta2017")
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_claims_quote_their_paper_and_state_a_threshold(name):
+    claims = find(name).claims
+    assert len({claim.name for claim in claims}) == len(claims)
+    for claim in claims:
+        assert len(claim.quote.split()) >= 4, claim.name
+        assert claim.threshold and claim.source, claim.name
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_a_paper_has_one_stated_set_up_and_few_others(name):
+    paper = find(name)
+    stated, *others = paper.set_ups
+    assert paper.stated and not stated.choices and not stated.open
+    assert 1 <= len(others) < MOST_SET_UPS
+    assert all(set_up.choices for set_up in others)
+    assert any(set_up.open for set_up in others)
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_without_runs_nothing_is_decided(name):
+    paper = find(name)
+    for claim in paper.claims:
+        assert judge(claim, Campaigns(), paper.set_ups).answer == UNDECIDED, claim.name
