@@ -124,22 +124,6 @@ def dimensions(runs: Runs) -> Answer:
     return len(good) == 2 or (bool(good) and good[0]), because
 
 
-@claim("Convergence does not depend on structured nodes", "Sects. 1, 4")
-def irregular(runs: Runs) -> Answer:
-    """Unstructured nodes."""
-    plain, mended = (
-        runs.order(
-            "irregular", DENSITY, cells=(50, 100), basis__gradient=gradient, **OTM, **LUMPED
-        ).slope
-        for gradient in ("exact", "consistent")
-    )
-    condition = f"when gradients are corrected to integrate exactly ({mended:.2f})"
-    return plain > 1.5 or (mended >= 1.0 and condition), (
-        f"density rate {plain:.2f} with derivatives as they are, {mended:.2f} with corrected "
-        "gradients"
-    )
-
-
 @claim("OTM agrees with finite elements, also on nonuniform nodes", "Figs. 4.12, 4.13")
 def bar(runs: Runs) -> Answer:
     """The tip of the bar, within the tolerances that linear elements meet."""
@@ -219,26 +203,3 @@ def tensile_instability(runs: Runs) -> Answer:
         f"a disturbance grows from a stretch of {words}; the largest stretch tried is "
         f"{STRETCHES[-1]:g}"
     )
-
-
-@claim(
-    "The discrete motion of Eqs. 3.88-3.91 keeps its energy",
-    "Sect. 3.2.3",
-    holds=lambda consistent, lumped: (
-        abs(consistent - 100.0) < 1.0 and lumped < 50.0 and "when the mass is consistent"
-    ),
-    sentence=(
-        "of the energy {consistent:.1f} % is left with a consistent mass, {lumped:.1f} % with "
-        "a lumped one"
-    ),
-)
-def energy(runs: Runs) -> dict[str, float]:
-    """Energy left at the end [%], position differences with either mass."""
-    names = {
-        "consistent": "OTM, consistent mass",
-        "lumped": "OTM, lumped, position differences, 1 particle",
-    }
-    return {
-        mass: 100 * runs.number("fig4_12", "total_energy_end", **BARS[name])
-        for mass, name in names.items()
-    }

@@ -118,17 +118,3 @@ def test_verdict_on_more_dimensions(strip: float, cylinder: float, verdict: str)
         return {"fig4_7": strip, "fig4_9": cylinder}[campaign] * 1e-3
 
     assert answer("dimensions", number) == verdict
-
-
-def test_verdict_on_irregular_nodes() -> None:
-    for plain, mended, begins in (
-        (1.8, 1.9, HOLDS),
-        (0.2, 1.9, "holds in part: when gradients are corrected"),
-        (0.2, 0.3, FAILS),
-    ):
-        rates = {"exact": plain, "consistent": mended}
-        found = answer(
-            "irregular",
-            lambda _, __, match, rates=rates: rates[match["basis__gradient"]],
-        )
-        assert found.startswith(begins)
