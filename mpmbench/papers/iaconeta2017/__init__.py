@@ -23,4 +23,6 @@ PAPER = Paper(
         beyond.patch_chapter,
     ),
     claims=tuple(claims.claim),
+    set_ups=claims.SET_UPS,
+    stated=claims.IN_WORDS,
 )

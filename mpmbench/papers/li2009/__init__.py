@@ -28,4 +28,6 @@ PAPER = Paper(
         bar.stability_chapter,
     ),
     claims=tuple(claims.claim),
+    set_ups=claims.SET_UPS,
+    stated=claims.IN_WORDS,
 )

@@ -21,6 +21,7 @@ FILTER = {"mass": "lumped", "method__transfer": "position_difference"}
 
 ONE, TWO = {"particles_per_cell": 1}, {"particles_per_cell": 2}
 FEM = {"method": "linear_fem"}
+MLS = {"method": "otm", "basis": "mls"}  # the functions of the element-free Galerkin method
 BARS: dict[str, dict[str, Any]] = {
     "OTM, lumped mass, nodal velocities": OTM | LUMPED | UNIFORM | CELLS | TWO,
     "OTM, consistent mass": OTM | CONSISTENT | UNIFORM,
@@ -35,6 +36,8 @@ BARS: dict[str, dict[str, Any]] = {
     "unified": {"method": "unified"},
     "nodal integration, updated functions": OTM | LUMPED | AT_NODES | UPDATED,
     "nodal integration, frozen functions": OTM | LUMPED | AT_NODES | FROZEN,
+    "nodal integration, MLS, updated functions": MLS | LUMPED | AT_NODES | UPDATED,
+    "nodal integration, MLS, frozen functions": MLS | LUMPED | AT_NODES | FROZEN,
     "OTM, lumped, position differences, 1 particle": OTM | FILTER | ONE,
     "OTM, lumped, position differences, 2 particles": OTM | FILTER | TWO,
     "SPH": {"method": "sph", "method__derivatives": "plain"},
