@@ -258,7 +258,7 @@ def set_ups_table(
     )
 
 
-SHORT = {HOLDS: "yes", PARTLY: "in part", FAILS: "no"}
+SHORT = {HOLDS: "yes", PARTLY: "in part", FAILS: "no", OPEN: "open"}
 
 
 def _across(
