@@ -7,11 +7,11 @@ import numpy as np
 from mpmbench.analysis.estimate import slopes_text
 from mpmbench.papers.iaconeta2017.disk import ROWS, STEPS, printed_overheads
 from mpmbench.papers.iaconeta2017.support import COLUMNS, MESHES, METHODS
-from mpmbench.report.claims import Claims, SetUp
+from mpmbench.report.claims import Claims, Holds, SetUp
 from mpmbench.report.evidence import MissingRuns, Runs
 from mpmbench.report.timing import clock_in
 
-Answer = tuple[bool | str, str]
+Answer = tuple[Holds, str]
 ROOT = 2.0**0.5
 SIZES = (16, 32, 64, 128)
 MIDDLE = 1  # of the three time steps of Table 1: 2 ms
@@ -287,8 +287,8 @@ def columns(runs: Runs) -> Answer:
             for name in COLUMNS
         }
         spread = max(found.values()) / min(found.values()) - 1.0
-        words = ", ".join(f"{name} {value:.3f} m" for name, value in found.items())
-        return spread < 0.1, f"h = 0.1 m: {words}; they differ by {100.0 * spread:.0f} %"
+        run_outs = ", ".join(f"{name} {value:.3f} m" for name, value in found.items())
+        return spread < 0.1, f"h = 0.1 m: {run_outs}; they differ by {100.0 * spread:.0f} %"
     parts, holds = [], True
     for n, campaign in MESHES:
         match = {name: {**METHODS[name], "resolution": n} for name in COLUMNS}
