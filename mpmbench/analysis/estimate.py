@@ -104,7 +104,7 @@ def slopes_text(found: OrderEstimate) -> str:
         return f"{found.course}: slopes {' to '.join(map(_two_digits, (local.min(), local.max())))}"
     if len(local) == 1:
         return f"{found.slope:.2f}"
-    if local[-1] == local.min() and local[-1] < found.slope - FALLS:
+    if local[-1] < found.slope - FALLS:
         return f"{found.slope:.2f} ({local.max():.2f} falling to {local[-1]:.2f})"
     return f"{found.slope:.2f} ({local.min():.2f} to {local.max():.2f})"
 

@@ -15,6 +15,7 @@ from mpmbench.results.records import Campaign
 
 HOLDS, PARTLY, FAILS = "holds", "holds in part", "does not hold"
 OPEN, UNDECIDED = "not decidable", "undecided"  # the paper leaves a choice open; runs are missing
+SHORT = {HOLDS: "yes", PARTLY: "in part", FAILS: "no", OPEN: "open"}  # in cells of a table
 MOST_SET_UPS = 8
 Holds = bool | str | Mapping[str, bool]
 Rule = Callable[[Runs], tuple[Holds, str]]
@@ -256,9 +257,6 @@ def set_ups_table(
     return Table(
         name, "Claims and set-ups", columns, rows, _summary(set_ups, counts, total, reasons)
     )
-
-
-SHORT = {HOLDS: "yes", PARTLY: "in part", FAILS: "no", OPEN: "open"}
 
 
 def _across(

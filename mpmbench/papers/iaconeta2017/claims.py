@@ -225,7 +225,8 @@ def lme_dynamic(runs: Runs) -> Answer:
     failed = int(np.isnan(errors["GMM-MLS"]).sum())
     better = int(np.sum(quotients < 1.0))
     near = runs.number(
-        *("mls_disk", "error_centre_rms"),
+        "mls_disk",
+        "error_centre_rms",
         basis="mls",
         basis__effective_radius=0.5,
         problem__gap=ROOT,
@@ -278,14 +279,12 @@ def columns(runs: Runs) -> Answer:
     """Run-outs at 2 s, mesh by mesh: how far apart, and of which methods."""
     other = _mls_choice(runs)
     if other is not None:
-        coarse = {name: {**METHODS[name], "resolution": 40} for name in COLUMNS}
         found = {
-            name: runs.number(
-                *("mls_soil" if name == "GMM-MLS" else "soil", "final_run_out"),
-                **(other | {"resolution": 40} if name == "GMM-MLS" else coarse[name]),
-            )
+            name: runs.number("soil", "final_run_out", **METHODS[name], resolution=40)
             for name in COLUMNS
+            if name != "GMM-MLS"
         }
+        found["GMM-MLS"] = runs.number("mls_soil", "final_run_out", **other)
         spread = max(found.values()) / min(found.values()) - 1.0
         run_outs = ", ".join(f"{name} {value:.3f} m" for name, value in found.items())
         return spread < 0.1, f"h = 0.1 m: {run_outs}; they differ by {100.0 * spread:.0f} %"

@@ -72,7 +72,8 @@ def parameters(runs: Runs) -> Answer:
     """Errors of the unified method with splines of degree 1, 2 and 3."""
     errors = [
         runs.number(
-            *("degrees", ERROR),
+            "degrees",
+            ERROR,
             method="unified",
             basis__degree=degree,
             problem__particle_layout="midpoint",

@@ -147,7 +147,7 @@ def stays_stable(runs: Runs) -> Answer:
 def _stable_with_cutoff(runs: Runs) -> Answer:
     ends = [
         runs.status(
-            *("cutoff",),
+            "cutoff",
             method__mass_cutoff=CUTOFFS[2],
             problem__domain_cells=n,
             problem__traction_amplitude=sign,
@@ -176,7 +176,7 @@ def musl_needed(runs: Runs) -> Answer:
     for mass, update in itertools.product(("lumped", "consistent"), ("usl", "musl", "usf")):
         ends = [
             runs.status(
-                *("musl",),
+                "musl",
                 mass=mass,
                 method__stress_update=update,
                 problem__domain_cells=cells,
