@@ -12,8 +12,6 @@ from mpmbench.results.bookkeeping import NOT_PART_OF_A_RUN
 from mpmbench.settings.files import PACKAGE
 
 SOLVER = ("core", "problems", "analysis", "case")
-BLOCKS = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.For, ast.While, ast.If, ast.With, ast.Try)
-CPU_CLOCK = {"process_time", "solver_cpu_time"}  # to read it changes no result
 
 
 def config_json(config: dict[str, Any]) -> str:
@@ -87,10 +85,7 @@ def changed_files(attributes: dict[str, Any], config: dict[str, Any]) -> list[st
 
 @cache
 def _meaning(file: Path, modified: int) -> tuple[str, tuple[str, ...]]:
-    """Digest of what a source file does, and what it imports of ours.
-
-    Comments, docstrings and statements that read the CPU's clock do nothing.
-    """
+    """Digest of a source file without comments and docstrings, and what it imports of ours."""
     tree = ast.parse(file.read_bytes())
     imported: set[str] = set()
     for node in ast.walk(tree):
@@ -98,23 +93,10 @@ def _meaning(file: Path, modified: int) -> tuple[str, tuple[str, ...]]:
             imported.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
             imported.update({node.module, *(f"{node.module}.{alias.name}" for alias in node.names)})
-            node.names = [alias for alias in node.names if alias.name not in CPU_CLOCK]
-        if isinstance(node, BLOCKS):
-            node.body = [line for line in node.body if not reads_cpu_clock(line)] or [ast.Pass()]
-        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)):
+        elif isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)):
             first = node.body[0] if node.body else None
             if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
                 node.body = node.body[1:] or [ast.Pass()]
     parts = [name.split(".")[1:] for name in imported if name.startswith("mpmbench.")]
     files = {f"{'/'.join(part)}{ending}" for part in parts for ending in (".py", "/__init__.py")}
     return hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:16], tuple(sorted(files))
-
-
-def reads_cpu_clock(line: ast.stmt) -> bool:
-    """Whether a simple statement has to do with the CPU's clock."""
-    if not isinstance(line, (ast.Assign, ast.AugAssign, ast.AnnAssign)):
-        return False
-    parts = list(ast.walk(line))
-    names = {part.id for part in parts if isinstance(part, ast.Name)}
-    attributes = {part.attr for part in parts if isinstance(part, ast.Attribute)}
-    return bool(CPU_CLOCK & (names | attributes))
