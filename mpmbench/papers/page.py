@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote as quoted
 
 from mpmbench.analysis.convergence import INTERVAL_MEANING
 from mpmbench.papers.find import find
@@ -11,6 +12,7 @@ from mpmbench.papers.kit import Campaigns, Chapter, Paper, read_campaigns
 from mpmbench.report import style, tables
 from mpmbench.report.claims import OPEN, PARTLY, UNDECIDED, claims_table, set_ups_table
 from mpmbench.report.evidence import MissingRuns
+from mpmbench.report.names import safe_name
 from mpmbench.report.page import Picture, Writer, facts, template
 from mpmbench.report.series import studies
 from mpmbench.report.tables import Table
@@ -109,7 +111,9 @@ def _runs(campaigns: Campaigns, experiment: str) -> Iterable[Table]:
         table = tables.all_runs(study)
         where = experiment.replace("/", "-")
         title = f"{experiment}: {study.problem.replace('_', ' ')}, {len(study.runs)} runs"
-        yield dataclasses.replace(table, name=f"{where}-{study.problem}-runs", title=title)
+        yield dataclasses.replace(
+            table, name=f"{where}-{safe_name(study.problem)}-runs", title=title
+        )
 
 
 def markdown(
@@ -155,7 +159,9 @@ def markdown(
             title = f"**{table.title}** ([CSV](tables/{table.name}.csv))"
             parts.append(dataclasses.replace(table, title=title).markdown().strip())
     links = [
-        f"- [{table.title}](tables/{table.name}.csv)" for group in lists.values() for table in group
+        f"- [{table.title}](tables/{quoted(table.name)}.csv)"
+        for group in lists.values()
+        for table in group
     ]
     parts += ["## All runs", "\n".join(links), f"Intervals: {INTERVAL_MEANING}"]
     return "\n\n".join(part for part in parts if part) + "\n"

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from mpmbench.report.figures import wrapped
+from mpmbench.report.names import safe_name
 from mpmbench.report.series import Series, Study, series_name, variant_name
 from mpmbench.report.tables import Cell, Table
 
@@ -149,4 +150,6 @@ def reasons(study: Study) -> Table:
     ]
     note = "Reasons that differ in numbers only share a mark; that of the first run is shown."
     columns = ["mark", "status", "runs", "reason"]
-    return Table(f"{study.problem}-atlas", "Why runs have no result", columns, rows, note, (2,))
+    return Table(
+        f"{safe_name(study.problem)}-atlas", "Why runs have no result", columns, rows, note, (2,)
+    )

@@ -15,6 +15,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullForma
 from mpmbench.analysis.estimate import OrderEstimate, slopes_text
 from mpmbench.report import style
 from mpmbench.report.coincide import depths
+from mpmbench.report.names import drawn
 from mpmbench.report.series import BASIS_NAMES, METHOD_NAMES, Series, Study, variant_name
 from mpmbench.report.triangles import slope_triangles
 
@@ -66,7 +67,7 @@ def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
     handles += failed
     log_ticks(axes.yaxis)
     _ticks_at_values(axes, study.values())
-    axes.set(xlabel=study.axis.label, ylabel=quantity_label(study, quantity))
+    axes.set(xlabel=drawn(study.axis.label), ylabel=drawn(quantity_label(study, quantity)))
     _legend_below(figure, handles, shown)
     return figure
 
@@ -91,7 +92,7 @@ def work_precision(study: Study, quantity: str) -> tuple[Figure, bool] | None:
         handles += axes.loglog(runs.solver_time, runs[quantity], label=one.name, **look)
     log_ticks(axes.xaxis, span=100.0)
     log_ticks(axes.yaxis)
-    axes.set(xlabel="solver time [s]", ylabel=quantity_label(study, quantity))
+    axes.set(xlabel="solver time [s]", ylabel=drawn(quantity_label(study, quantity)))
     if not exclusive:
         corner: dict[str, Any] = {"ha": "right", "va": "top", "transform": axes.transAxes}
         axes.text(0.97, 0.97, "machine shared with other runs", size=7, **corner)
@@ -122,7 +123,8 @@ def quantity_label(study: Study, quantity: str) -> str:
 
 def wrapped(label: str, width: int) -> str:
     """A label in lines of at most that many characters, broken at its commas and blanks."""
-    return "\n".join(textwrap.wrap(label, width, break_long_words=False)) or label
+    lines = textwrap.wrap(drawn(label), width, break_long_words=False)
+    return "\n".join(lines) or drawn(label)
 
 
 def panels(

@@ -1,5 +1,6 @@
 """The report of a campaign: figures and tables, and all of it on one page that opens offline."""
 
+import base64
 import re
 from collections import Counter
 from collections.abc import Collection, Iterator
@@ -16,6 +17,7 @@ from matplotlib.figure import Figure
 from mpmbench.analysis.convergence import INTERVAL_MEANING
 from mpmbench.analysis.estimate import OrderEstimate
 from mpmbench.report import atlas, coincide, figures, profiles, style, tables
+from mpmbench.report.names import anchor, safe_name
 from mpmbench.report.series import Study, further_studies, orders_of, studies
 from mpmbench.report.tables import Table
 from mpmbench.report.timing import timings
@@ -39,7 +41,7 @@ class Picture:
     name: str
     title: str
     caption: str
-    svg: str
+    svg: markupsafe.Markup
 
     @property
     def wide(self) -> bool:
@@ -63,7 +65,7 @@ class Section:
     def draw(self, name: str, title: str, caption: str, figure: Figure | None) -> None:
         """Add a figure, if there is one."""
         if figure is not None:
-            stem = f"{self.study.problem}-{name}"
+            stem = f"{safe_name(self.study.problem)}-{name}"
             self.pictures.append(self.writer.picture(stem, title, caption, figure))
 
 
@@ -89,8 +91,10 @@ def build(results: Path, output: Path | None = None) -> Path:
         When there is no result file.
     """
     campaign = read_campaign(Path(results))
-    target = Path(output) if output is not None else campaign.folder / "report"
-    writer = Writer(target)
+    if output is None:
+        writer = Writer(campaign.folder / "report", within=campaign.folder)
+    else:
+        writer = Writer(Path(output))
     with style.applied():
         sections = [_section(study, writer) for study in studies(campaign)]
         for study in further_studies(campaign):
@@ -105,10 +109,19 @@ def build(results: Path, output: Path | None = None) -> Path:
 
 
 class Writer:
-    """Writes the files of a report, each in one move, and removes those of an earlier one."""
+    """Writes the files of a report, each in one move, and removes those of an earlier one.
 
-    def __init__(self, target: Path) -> None:
+    Parameters
+    ----------
+    target : Path
+        Folder of the report.
+    within : Path, optional
+        Folder that nothing may be written outside of, through links neither: by default `target`.
+    """
+
+    def __init__(self, target: Path, within: Path | None = None) -> None:
         self.target = target
+        self.within = within or target
         self.written: list[str] = []
 
     def text(self, name: str, content: str) -> Path:
@@ -140,23 +153,34 @@ class Writer:
     def finish(self) -> None:
         """Remove the files of the last report that this one no longer has."""
         manifest = self.target / MANIFEST
-        before = manifest.read_text(encoding="utf-8").splitlines() if manifest.exists() else []
+        before = manifest.read_text("utf-8", "replace").splitlines() if manifest.exists() else []
         for name in set(before) - set(self.written):
-            place = (self.target / name).resolve()
-            if place.is_relative_to(self.target.resolve()):
-                place.unlink(missing_ok=True)
+            place = self.target / name
+            if self._holds(place) and place.is_file():
+                place.unlink()
         self.text(MANIFEST, "\n".join(sorted(self.written)) + "\n")
+
+    def _holds(self, place: Path) -> bool:
+        """Whether a file would lie in the folder of the report, all links followed."""
+        return place.resolve().is_relative_to(self.within.resolve())
 
     @contextmanager
     def _place(self, name: str) -> Iterator[Path]:
+        if not self._holds(self.target / name):
+            raise PermissionError(f"{self.target / name} lies outside of {self.within}")
         with in_one_move(self.target / name) as unfinished:
             yield unfinished
         self.written.append(name)
 
 
-def inline_svg(drawing: str, name: str) -> str:
-    """An SVG file as a part of a page: no XML head, fluid width, identifiers of its own."""
+def inline_svg(drawing: str, name: str) -> markupsafe.Markup:
+    """An SVG file of matplotlib as a part of a page: no XML head, fluid width, identifiers of its own.
+
+    All text in it is outlines; what the comments say of them is left out.
+    """
+    name = safe_name(name)
     drawing = drawing[drawing.index("<svg") :]
+    drawing = re.sub(r"<!--.*?-->\s*", "", drawing, flags=re.DOTALL)
     drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
     drawing = re.sub(r'\bid="', f'id="{name}-', drawing)
     drawing = re.sub(r'href="#', f'href="#{name}-', drawing)
@@ -165,16 +189,21 @@ def inline_svg(drawing: str, name: str) -> str:
     width = re.search(r'viewBox="0 0 ([\d.]+) ', head)
     widest = f"max-width:{SCREEN_SCALE * float(width.group(1)):.0f}px" if width else ""
     head = re.sub(r' (width|height)="[^"]*"', "", head)
-    return f'{head} style="width:100%;{widest}">{body}'
+    return markupsafe.Markup(f'{head} style="width:100%;{widest}">{body}')
 
 
 def template(name: str) -> jinja2.Template:
-    """A page's template, with the filter ``unbroken`` that keeps ``2.8e-10`` on one line."""
+    """A page's template, which escapes all that it shows.
+
+    Its filters: ``unbroken`` keeps ``2.8e-10`` on one line, ``anchor`` gives the identifier of a
+    run, and ``base64`` the bytes of an image.
+    """
     loader = jinja2.PackageLoader("mpmbench", package_path="")
     environment = jinja2.Environment(
         loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters["unbroken"] = _unbroken
+    environment.filters |= {"unbroken": _unbroken, "anchor": anchor}
+    environment.filters["base64"] = lambda content: base64.b64encode(content).decode()
     return environment.get_template(name)
 
 
@@ -230,7 +259,7 @@ def _add_convergence(
     title = f"{what.capitalize()} error" + (f" against {axis.replace('_', ' ')}" if other else "")
     figure = figures.convergence(study, quantity, orders)
     caption = coincide.caption(study, quantity, figure) if figure is not None else ""
-    stem = f"convergence_{what}" + (f"-{axis}" if other else "")
+    stem = f"convergence_{what}" + (f"-{safe_name(axis)}" if other else "")
     section.draw(stem, title, caption, figure)
 
 

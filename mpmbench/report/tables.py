@@ -12,6 +12,7 @@ import pandas as pd
 
 from mpmbench.analysis.estimate import OrderEstimate, asymptotic_text, numbers_text, slopes_text
 from mpmbench.report.figures import quantity_label
+from mpmbench.report.names import safe_name
 from mpmbench.report.series import Series, Study
 
 OVERVIEW = (
@@ -104,12 +105,13 @@ class Table:
     def markdown(self) -> str:
         """The table as shown."""
         lines = [
-            self.columns,
+            [_markdown(column) for column in self.columns],
             ["---:" if k in self.numeric else "---" for k in range(len(self.columns))],
         ]
-        lines += [[cell.text.replace("|", "\\|") for cell in row] for row in self.rows]
+        lines += [[_markdown(cell.text) for cell in row] for row in self.rows]
         text = "\n".join("| " + " | ".join(line) + " |" for line in lines)
-        return f"{self.title}\n\n{text}\n" + (f"\n{self.note}\n" if self.note else "")
+        title, note = (part.replace("<", "&lt;") for part in (self.title, self.note))
+        return f"{title}\n\n{text}\n" + (f"\n{note}\n" if note else "")
 
     def latex(self) -> str:
         """The table as shown, for the package booktabs."""
@@ -124,6 +126,11 @@ def _exact(value: Any) -> str:
     if isinstance(value, (float, np.floating)):
         return "" if not np.isfinite(value) else repr(float(value))
     return str(value)
+
+
+def _markdown(text: str) -> str:
+    """Plain text for a cell in Markdown: one line, and neither an element of HTML nor a link in it."""
+    return " ".join(text.replace("<", "&lt;").replace("|", "\\|").replace("](", "] (").split())
 
 
 def _latex(text: str) -> str:
@@ -160,7 +167,8 @@ def orders(study: Study, estimates: dict[str, dict[str, OrderEstimate]]) -> Tabl
             )
     columns = ["curve", "error", "order", "local slopes", "asymptotic order", "floor", "verdict"]
     columns.append(study.axis.unit)
-    return Table(f"{study.problem}-orders", "Orders of convergence", columns, rows, numeric=(5,))
+    name = f"{safe_name(study.problem)}-orders"
+    return Table(name, "Orders of convergence", columns, rows, numeric=(5,))
 
 
 def errors(study: Study, quantity: str) -> Table:
@@ -172,7 +180,8 @@ def errors(study: Study, quantity: str) -> Table:
         if len(one.finite(quantity))
     ]
     columns = ["curve", *(f"{value:g} {study.axis.unit}" for value in values)]
-    name = f"{study.problem}-{quantity.removesuffix('_rms')}-{study.axis.key.replace('.', '_')}"
+    axis = safe_name(study.axis.key.replace(".", "_"))
+    name = f"{safe_name(study.problem)}-{quantity.removesuffix('_rms')}-{axis}"
     numeric = range(1, len(columns))
     return Table(name, quantity_label(study, quantity), columns, rows, numeric=numeric)
 
@@ -214,7 +223,7 @@ def failures(study: Study) -> Table:
     ]
     columns = ["curve", "cells", "status", "reason", "time reached [s]", "file"]
     title = "Runs that failed or do not apply"
-    return Table(f"{study.problem}-failures", title, columns, rows, numeric=(1, 4))
+    return Table(f"{safe_name(study.problem)}-failures", title, columns, rows, numeric=(1, 4))
 
 
 def all_runs(study: Study) -> Table:
@@ -238,7 +247,7 @@ def all_runs(study: Study) -> Table:
     names = [quantity_label(study, name) for name in quantities]
     columns = ["curve", "cells", "time step [s]", *names, "timing", "status", "file"]
     numeric = range(1, 3 + len(quantities))
-    return Table(f"{study.problem}-runs", "All runs", columns, rows, numeric=numeric)
+    return Table(f"{safe_name(study.problem)}-runs", "All runs", columns, rows, numeric=numeric)
 
 
 def _labels(study: Study) -> dict[Any, str]:

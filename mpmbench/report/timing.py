@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from mpmbench.report.names import safe_name
 from mpmbench.report.series import Series, Study
 from mpmbench.report.tables import Cell, Table, median, ratio
 from mpmbench.results.records import Campaign
@@ -95,7 +96,7 @@ def timings(study: Study) -> Table:
         title += ", indicative only: the runs were not timed alone"
         note += f" {HOW}"
     note += " A ratio is missing where MPM linear has no such time." if missing_base else ""
-    name = f"{study.problem}-timings"
+    name = f"{safe_name(study.problem)}-timings"
     return Table(name, clock.title(title), columns, rows, note, range(1, len(columns)))
 
 

@@ -50,6 +50,7 @@ def make_run(
     snapshot: bool = True,
     scalars: dict[str, float] | None = None,
     code_hash: str = "aaaa",
+    file: Path | None = None,
 ) -> Path:
     """Write one result file whose displacement error is ``constant * resolution**-order + floor`` [m]."""
     extra = settings or {}
@@ -134,7 +135,7 @@ def make_run(
         "Conventions": "CF-1.11",
     }
     folder.mkdir(parents=True, exist_ok=True)
-    file = folder / f"{method}-{basis}-{problem}-n{resolution}-{digest[:8]}.nc"
+    file = file or folder / f"{method}-{basis}-{problem}-n{resolution}-{digest[:8]}.nc"
     dataset.to_netcdf(file, engine="netcdf4")
     return file
 
