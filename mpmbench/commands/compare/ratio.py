@@ -23,7 +23,6 @@ from scipy.stats import t as student
 
 QUIET, BUSY = 1.05, 2.5  # factor allowed for that on a machine without and with other work
 LEVEL = 0.95
-FEWEST_RUNS = 4  # whose scatter stands for that of repeats where there are none
 MOST_REPEATS = 1000
 
 Runs = list[tuple[np.ndarray, np.ndarray]]  # logarithms of the times before and after of each run
@@ -52,13 +51,14 @@ class Ratio:
     repeats: tuple[int, int]
 
     def verdict(self, allowance: float = QUIET) -> str:
-        """``same``, ``better``, ``worse`` or ``undecided``; with more than `QUIET` nothing is the same."""
+        """``same``, ``better``, ``worse`` or ``undecided``; with more than `QUIET` only equal times are."""
         low, high = self.shift - self.half_width, self.shift + self.half_width
         if low > log(allowance):
             return "worse"
         if high < -log(allowance):
             return "better"
-        return "same" if allowance == QUIET and max(-low, high) <= log(QUIET) else "undecided"
+        sure = allowance == QUIET or self.half_width == 0.0
+        return "same" if sure and max(-low, high) <= log(QUIET) else "undecided"
 
     def repeats_needed(self) -> int:
         """How many repeats would decide on a quiet machine, if their scatter stays; 0 when too many."""
@@ -82,18 +82,16 @@ def ratio_of(runs: Runs, level: float = LEVEL) -> Ratio:
     """The ratio of times after and before, with its interval of that level."""
     before, after = rounds(runs)
     repeats = (len(before), len(after))
+    if all(np.array_equal(a, b) for a, b in runs):  # not measured twice: the very same times
+        return Ratio(0.0, 0.0, level, 0.0, repeats)
     shift = float(after.mean() - before.mean())
     freedom = sum(repeats) - 2
-    if freedom > 0:
-        squares = sum(float(((side - side.mean()) ** 2).sum()) for side in (before, after))
-        scatter = sqrt(squares / freedom)
-        width = quantile(level, freedom) * scatter * sqrt(sum(1 / number for number in repeats))
-        return Ratio(shift, width, level, scatter, repeats)
-    if len(runs) < FEWEST_RUNS:
+    if freedom <= 0:  # the scatter of runs within one round says nothing about rounds
         return Ratio(shift, inf, level, inf, repeats)
-    scatter = float(np.std([b[0] - a[0] for a, b in runs], ddof=1))
-    width = quantile(level, len(runs) - 1) * scatter / sqrt(len(runs))
-    return Ratio(shift, width, level, scatter / sqrt(2 * len(runs)), repeats)
+    squares = sum(float(((side - side.mean()) ** 2).sum()) for side in (before, after))
+    scatter = sqrt(squares / freedom)
+    width = quantile(level, freedom) * scatter * sqrt(sum(1 / number for number in repeats))
+    return Ratio(shift, width, level, scatter, repeats)
 
 
 def judge(
