@@ -18,6 +18,7 @@ from mpmbench.results.identity import result_path
 from mpmbench.runs.hydra import compose
 from mpmbench.runs.sweep import execute, session
 from mpmbench.runs.sweep.plan import make_plan
+from mpmbench.say import say
 from mpmbench.settings import arguments
 from mpmbench.settings.schema import BadInput
 from mpmbench.settings.words import in_yaml
@@ -105,13 +106,13 @@ def progress(name: str) -> Callable[[float, float], None]:
     """A function that says in plain lines how far a run is, once it has taken a while."""
     last = time.monotonic() - SAY_EVERY + SAY_AFTER
 
-    def say(fraction: float, simulation_time: float) -> None:
+    def tell(fraction: float, simulation_time: float) -> None:
         nonlocal last
         if time.monotonic() - last > SAY_EVERY:
             last = time.monotonic()
-            print(f"{name}: {fraction:.0%}, t = {simulation_time:.4g} s", flush=True)
+            say(f"{name}: {fraction:.0%}, t = {simulation_time:.4g} s")
 
-    return say
+    return tell
 
 
 def _key(name: str) -> str:

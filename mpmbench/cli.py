@@ -14,6 +14,7 @@ from collections.abc import Iterable
 from mpmbench import PLACES, __version__
 from mpmbench.core.moved import advice
 from mpmbench.core.registry import plugin_files
+from mpmbench.say import say
 from mpmbench.settings.arguments import split
 from mpmbench.settings.files import shipped_folder
 from mpmbench.settings.schema import GROUPS, BadInput, experiments, options
@@ -72,16 +73,16 @@ def main(arguments: list[str] | None = None) -> int:
     started = time.perf_counter()
     arguments = sys.argv[1:] if arguments is None else arguments
     if sys.platform == "win32":
-        print("mpmbench runs on Linux and macOS; on Windows, use it inside WSL.", file=sys.stderr)
+        say("mpmbench runs on Linux and macOS; on Windows, use it inside WSL.", error=True)
         return 2
     try:
         warn_of_old_places()
         return dispatch(arguments, started)
     except BadInput as error:
-        print(f"mpmbench: {error}", file=sys.stderr)
+        say(f"mpmbench: {error}", error=True)
         return error.exit_code
     except KeyboardInterrupt:
-        print("mpmbench: interrupted; the same command completes what is missing", file=sys.stderr)
+        say("mpmbench: interrupted; the same command completes what is missing", error=True)
         return 1
     except BrokenPipeError:  # for example `| head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -91,7 +92,7 @@ def main(arguments: list[str] | None = None) -> int:
             raise
         # The second is that of a copy.
         place = error.filename2 or error.filename or "a temporary file"
-        print(f"mpmbench: {place}: {str(error.strerror).lower()}", file=sys.stderr)
+        say(f"mpmbench: {place}: {str(error.strerror).lower()}", error=True)
         return 1
 
 
@@ -100,16 +101,16 @@ def warn_of_old_places() -> None:
     for file in plugin_files():
         sentence = advice(file, PLACES)
         if sentence:
-            print(f"mpmbench: {sentence}", file=sys.stderr)
+            say(f"mpmbench: {sentence}", error=True)
 
 
 def dispatch(arguments: list[str], started: float) -> int:
     """Find out what is wanted."""
     if "--help" in arguments or "-h" in arguments:
-        print(help_text(arguments))
+        say(*help_text(arguments).splitlines())
         return 0
     if "--version" in arguments:
-        print(__version__)
+        say(__version__)
         return 0
     if arguments and arguments[0] in VERBS:
         command = importlib.import_module(f"mpmbench.commands.{arguments[0]}")
@@ -160,7 +161,7 @@ def show_configuration(pairs: list[str]) -> int:
     config, reason = compose.compose_many([pairs])[0]
     if reason:
         raise BadInput(f"this combination does not apply: {reason}")
-    print(OmegaConf.to_yaml(config), end="")
+    say(*OmegaConf.to_yaml(config).splitlines())
     return 0
 
 

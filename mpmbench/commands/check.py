@@ -13,6 +13,7 @@ from typing import Any
 
 from mpmbench.core.registry import PACKAGES, VARIABLE, is_ours
 from mpmbench.runs.process import isolation
+from mpmbench.say import say
 from mpmbench.settings.files import joined
 from mpmbench.settings.schema import BadInput, composed, options
 
@@ -43,7 +44,7 @@ def main(arguments: list[str]) -> int:
         raise BadInput(f"check {file.name}: it registers nothing; {how}")
     passed = total = late = 0
     for kind, name in brought:
-        print(f"{kind} {name}")
+        say(f"{kind} {name}")
         for row, cells in scorecard(kind, name, deadline):
             passed += sum(ok for ok, _ in cells.values())
             total += len(cells)
@@ -55,14 +56,14 @@ def main(arguments: list[str]) -> int:
                 else:
                     marks.append(f"{label} {'ok' if ok else 'FAILS'}")
                     remarks += [] if ok else [f"    {label}: {text}"]
-            print("\n".join([f"  {row:<40}{'  '.join(marks)}", *remarks]), flush=True)
+            say(f"  {row:<40}{'  '.join(marks)}", *remarks)
     if late:
-        print(f"{late} {OVER}")
+        say(f"{late} {OVER}")
     compiling = ask("compile_time", deadline=math.inf)
     seconds = f"{time.monotonic() - started:.0f} s"
     if not isinstance(compiling, str):
         seconds += f", compiling {compiling:.0f} s of it"
-    print(f"{passed} of {total} checks passed in {seconds}")
+    say(f"{passed} of {total} checks passed in {seconds}")
     return 0 if passed == total else 1
 
 

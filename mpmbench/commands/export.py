@@ -17,6 +17,7 @@ from mpmbench.results.netcdf import read_attributes, read_scalars
 from mpmbench.results.one_move import in_one_move
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.execute import check_folder
+from mpmbench.say import say
 from mpmbench.settings.schema import BadInput, did_you_mean
 
 FORMATS = ("--vtk", "--csv")
@@ -73,7 +74,7 @@ def main(arguments: list[str]) -> int:
     check_folder(target, "export:")
     for file in files:
         if file not in readable:
-            print(f"left out: {file}: not a readable result")
+            say(f"left out: {file}: not a readable result")
     written: list[Path] = []
     for file in readable:
         with xr.open_dataset(file, decode_cf=False) as dataset:
@@ -85,7 +86,7 @@ def main(arguments: list[str]) -> int:
         nothing = "there are no particles in it, since no run came to its end"
         raise BadInput(f"export {source}: {nothing}", exit_code=1)
     for file in written:
-        print(shorten(str(file)))
+        say(shorten(str(file)))
     return 0 if len(readable) == len(files) else 1
 
 

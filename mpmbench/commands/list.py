@@ -1,5 +1,6 @@
 """The command ``list``: what there is, what can be set, and what applies to a problem."""
 
+from mpmbench.say import say
 from mpmbench.settings.schema import (
     GROUPS,
     BadInput,
@@ -26,8 +27,8 @@ def main(arguments: list[str]) -> int:
     }
     found["experiments"] = {name: comment(file) for name, file in experiments().items()}
     for title, sentences in found.items():
-        print("\n".join([title, *in_columns(sentences)]))
-    print("\n`list NAME` tells what can be set, and for a problem which methods and bases apply.")
+        say(title, *in_columns(sentences))
+    say("", "`list NAME` tells what can be set, and for a problem which methods and bases apply.")
     return 0
 
 
@@ -38,7 +39,7 @@ def show_option(name: str) -> int:
         known = [option for group in GROUPS for option in options(group)]
         raise BadInput(f"list {name}: there is no such option{did_you_mean(name, known)}")
     for group in groups:
-        print("\n".join([description(group, name), *keys_of(group, name)]))
+        say(description(group, name), *keys_of(group, name))
     return applicability(name) if "problem" in groups else 0
 
 
@@ -53,11 +54,11 @@ def applicability(problem: str) -> int:
     )
     reasons = {pair: reason for pair, (_, reason) in zip(pairs, cells, strict=True)}
     width = max(map(len, bases)) + 2
-    print(" " * 16 + "".join(f"{basis:<{width}}" for basis in bases))
+    say(" " * 16 + "".join(f"{basis:<{width}}" for basis in bases))
     for method in methods:
         marks = ["-" if reasons[method, basis] else "yes" for basis in bases]
-        print(f"  {method:<14}" + "".join(f"{mark:<{width}}" for mark in marks))
+        say(f"  {method:<14}" + "".join(f"{mark:<{width}}" for mark in marks))
     for (method, basis), reason in reasons.items():
         if reason:
-            print(f"  {method}, {basis}: {reason}")
+            say(f"  {method}, {basis}: {reason}")
     return 0

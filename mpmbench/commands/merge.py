@@ -10,6 +10,7 @@ from mpmbench.results.one_move import in_one_move
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.execute import check_folder
 from mpmbench.runs.sweep.plan import LASTING
+from mpmbench.say import say
 from mpmbench.settings.schema import BadInput
 
 
@@ -36,9 +37,9 @@ def main(arguments: list[str]) -> int:
             with in_one_move(place) as unfinished:
                 shutil.copyfile(file, unfinished)
     for line in done["replaced"] + done["left out"]:
-        print(line)
+        say(line)
     counts = ", ".join(f"{len(lines)} {verdict}" for verdict, lines in done.items())
-    print(f"{shorten(str(target.absolute()))}: {counts}")
+    say(f"{shorten(str(target.absolute()))}: {counts}")
     return 1 if done["left out"] else 0
 
 

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from mpmbench.core.registry import PACKAGE, places
+from mpmbench.say import say
 from mpmbench.settings.files import BadInput, papers
 from mpmbench.settings.schema import did_you_mean, options
 
@@ -62,9 +63,9 @@ def main(arguments: list[str]) -> int:
     for place, text in files.items():
         (folder / place).parent.mkdir(parents=True, exist_ok=True)
         (folder / place).write_text(text, encoding="utf-8")
-        print(folder / place)
-    print(f"MPMBENCH_PLUGINS={folder} makes it known to every command, and its test passes:")
-    print(f"pytest {folder / test_of(name)}")
+        say(folder / place)
+    say(f"MPMBENCH_PLUGINS={folder} makes it known to every command, and its test passes:")
+    say(f"pytest {folder / test_of(name)}")
     return 0
 
 

@@ -27,6 +27,7 @@ from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.interrupts import terminated_like_interrupted
 from mpmbench.runs.sweep.reporting import build as build_report
 from mpmbench.runs.sweep.reporting import is_younger
+from mpmbench.say import say
 from mpmbench.settings.arguments import value_of
 from mpmbench.settings.files import PACKAGE, joined, papers, read_yaml, shipped_folder
 from mpmbench.settings.schema import BadInput, did_you_mean, experiments
@@ -95,10 +96,10 @@ def main(arguments: list[str]) -> int:
     folder = output / name
     started = time.perf_counter()
     todo = [one for one in chosen if not is_complete(one, pairs)]
-    print(f"{name}: {len(chosen)} experiments, {len(chosen) - len(todo)} complete", flush=True)
+    say(f"{name}: {len(chosen)} experiments, {len(chosen) - len(todo)} complete")
     with terminated_like_interrupted():
         finished = run_all(todo, pairs)
-    print(f"runs: {time.perf_counter() - started:.1f} s", flush=True)
+    say(f"runs: {time.perf_counter() - started:.1f} s")
     reported = report(name, folder, chosen)
     return 0 if reported and finished else 1
 
@@ -182,7 +183,7 @@ def run(experiment: Experiment, pairs: list[str]) -> bool:
             sweep(experiment, name, pairs, with_plugins(environment, folder))
     bad = list(without_result(experiment, names))
     for line in bad:
-        print(line)
+        say(line)
     if not bad:
         completion.write(experiment.results, before, names)
     return not bad
@@ -223,7 +224,7 @@ def sweep(experiment: Experiment, name: str, pairs: list[str], environment: dict
         for line in process.stdout:
             last = line.strip() or last
             if line.startswith(("[", "mpmbench:", "timing", "waiting")) or " to run" in line:
-                print(f"{experiment.short:<18}{line}", end="", flush=True)
+                say(f"{experiment.short:<18}{line.rstrip()}")
         code = process.wait()
     except BaseException:
         process.terminate()
@@ -260,7 +261,7 @@ def report(name: str, folder: Path, chosen: list[Experiment]) -> bool:
         from mpmbench.papers import build
 
         page = build(name, folder.parent)
-    print(f"report: {shorten(str(page))}")
+    say(f"report: {shorten(str(page))}")
     return True
 
 

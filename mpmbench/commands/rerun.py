@@ -15,6 +15,7 @@ from mpmbench.results.provenance import machine
 from mpmbench.runs.process import isolation
 from mpmbench.runs.sweep import execute
 from mpmbench.runs.sweep.plan import LASTING
+from mpmbench.say import say
 from mpmbench.settings.resolve import check_types
 from mpmbench.settings.schema import GROUPS, BadInput, did_you_mean, options
 
@@ -42,9 +43,9 @@ def main(arguments: list[str]) -> int:
             why = record.unwritten or "no result was written"
             raise BadInput(f"rerun {file}: {why}", exit_code=1)
         verdict, details = compare(file, Path(record.file), before, after)
-    print(f"{file.stem}: {verdict}")
+    say(f"{file.stem}: {verdict}")
     for line in [*details, *what_changed(before, after, config)]:
-        print(f"  {line}")
+        say(f"  {line}")
     return 0 if verdict in ("bitwise equal", "equal within rounding") else 1
 
 

@@ -10,6 +10,7 @@ from mpmbench.results.identity import changed_files, code_digests, code_hash
 from mpmbench.results.netcdf import read_attributes
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.plan import make_plan, state_of
+from mpmbench.say import one_line, say
 from mpmbench.settings.schema import GROUPS, BadInput, options
 
 STATES = ("fresh", "stale", "untimed", "failed", "missing")
@@ -26,18 +27,18 @@ def main(arguments: list[str]) -> int:
         raise BadInput("status: one folder of results, or key=value as for a sweep, is needed")
     top = Path(arguments[0] if arguments else "results")
     if top.is_file():
-        print(describe(top))
-        print((read_attributes(top) or {}).get("traceback", ""), end="")
+        say(describe(top))
+        say(*str((read_attributes(top) or {}).get("traceback", "")).splitlines())
         return 0
     if not top.is_dir():
         raise BadInput(f"status: there is no folder {top}")
     folders = sorted({file.parent for file in top.rglob("*.nc")})
     for folder in folders:
-        print(shorten(str(folder)))
+        say(shorten(str(folder)))
         for file in sorted(folder.glob("*.nc")):
-            print("  " + describe(file))
+            say("  " + describe(file))
     if not folders:
-        print(f"no results in {top}")
+        say(f"no results in {top}")
     return 0
 
 
@@ -55,7 +56,9 @@ def describe(file: Path) -> str:
         state, changed = "plug-in missing", f"  {missing}: name its folder in MPMBENCH_PLUGINS"
     elif state == "stale":
         changed = "  " + changed_since(attributes, config)
-    outcome = attributes["status"] + (f": {attributes['reason']}" if attributes["reason"] else "")
+    outcome = attributes["status"] + (
+        f": {one_line(attributes['reason'])}" if attributes["reason"] else ""
+    )
     return f"{state:<10} {file.stem:<46}{outcome}{changed}"
 
 
@@ -92,8 +95,8 @@ def of_sweep(arguments: list[str]) -> int:
             state = "does not apply"
         elif state == "stale" and cell.earlier:
             remark = changed_since(cell.earlier, cell.config)
-        print(f"{state:<16}{cell.name:<46}{remark}".rstrip())
+        say(f"{state:<16}{cell.name:<46}{remark}".rstrip())
     counts = Counter("not applicable" if cell.not_applicable else cell.state for cell in cells)
     found = [f"{counts[state]} {state}" for state in (*STATES, "not applicable") if counts[state]]
-    print(f"{len(cells)} runs: {', '.join(found)}")
+    say(f"{len(cells)} runs: {', '.join(found)}")
     return 0

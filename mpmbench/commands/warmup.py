@@ -1,5 +1,6 @@
 """The command ``warmup``: compile the kernels of a choice of runs, so that later ones only load them."""
 
+from mpmbench.say import say
 from mpmbench.settings.schema import options
 
 
@@ -20,5 +21,5 @@ def main(arguments: list[str]) -> int:
             done = launchers.compile_kernels(config)
             failed = failed or done != "ok"
             name = f"{config['method']['name']}, {config['basis']['name']}"
-            print(f"{name}: {'ready' if done == 'ok' else done}", flush=True)
+            say(f"{name}: {'ready' if done == 'ok' else done}")
     return 1 if failed else 0

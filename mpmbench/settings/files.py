@@ -9,14 +9,14 @@ from typing import Any
 import yaml
 
 from mpmbench.core.registry import PACKAGE, plugin_folders, while_plugins_stay
+from mpmbench.say import one_line
 
 
 class BadInput(Exception):
     """What the user gave cannot be run; the message is one sentence, the exit code 2 by default."""
 
     def __init__(self, sentence: str, exit_code: int = 2) -> None:
-        printable = "".join(character if character.isprintable() else " " for character in sentence)
-        super().__init__(" ".join(printable.split()))
+        super().__init__(one_line(sentence))
         self.exit_code = exit_code
 
 

@@ -12,9 +12,11 @@ def in_columns(sentences: dict[str, str]) -> list[str]:
     """Words and the sentences about them, below each other in the width of the terminal."""
     column = max(map(len, sentences), default=0) + 4
     width = max(60, shutil.get_terminal_size((120, 24)).columns)
+    indent = " " * column
     return [
-        textwrap.fill(f"  {word:<{column - 2}}{said}", width, subsequent_indent=" " * column)
+        line
         for word, said in sentences.items()
+        for line in textwrap.wrap(f"  {word:<{column - 2}}{said}", width, subsequent_indent=indent)
     ]
 
 

@@ -5,6 +5,7 @@ from html.parser import HTMLParser
 
 import pytest
 
+from mpmbench.cli import main
 from mpmbench.report import build
 from mpmbench.report.names import anchor, drawn, safe_name
 from mpmbench.report.page import Writer
@@ -142,3 +143,11 @@ def test_markdown_holds_no_element_of_a_file():
     text = Table("name", ATTACK, [cell], [[cell]], note=ATTACK).markdown()
     assert "<" not in text and "](" not in text and "\n# a" not in text
     assert text.count("&lt;script>") == 4
+
+
+def test_reasons_of_files_are_listed_in_one_line_each(tmp_path, write_run, capsys):
+    reason = "a\x1b[2J\nfresh      mine: ok\u202e"
+    file = write_run(tmp_path, status="interrupted", reason=reason, snapshot=False)
+    assert main(["status", str(tmp_path)]) == 0
+    _, line = capsys.readouterr().out.rstrip("\n").split("\n")
+    assert file.stem in line and "a\\x1b[2J fresh" in line and line.isprintable()

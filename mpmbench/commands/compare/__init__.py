@@ -14,6 +14,7 @@ from mpmbench.commands.compare.speed import speed
 from mpmbench.results.campaign import flat_settings
 from mpmbench.results.netcdf import read_attributes
 from mpmbench.results.records import Campaign, read_campaign
+from mpmbench.say import say
 from mpmbench.settings.schema import BadInput
 from mpmbench.settings.words import in_yaml
 
@@ -31,22 +32,22 @@ def main(arguments: list[str]) -> int:
     before, after = (read(Path(argument)) for argument in arguments)
     reason = not_comparable(before, after)
     if reason:
-        print(f"not comparable: {reason}")
+        say(f"not comparable: {reason}")
         return NOT_COMPARABLE
     pairs = paired(before, after)
     alone = [len(campaign.runs) - len(pairs) for campaign in (before, after)]
-    print(f"{len(pairs)} runs in both, {alone[0]} only in A, {alone[1]} only in B")
+    say(f"{len(pairs)} runs in both, {alone[0]} only in A, {alone[1]} only in B")
     if all(alone):
         left = [
             before.runs.index.difference(pairs.file_a),
             after.runs.index.difference(pairs.file_b),
         ]
-        print(f"these differ in {differing(before, after, *left)}")
+        say(f"these differ in {differing(before, after, *left)}")
     good = pairs[(pairs.status_a == "ok") & (pairs.status_b == "ok")]
     failed, errors, order = failures(pairs), accuracy(good), orders(before, after, good)
     times, verdict = speed(before, after, good)
     for aspect in (failed, errors, order, times):
-        print(aspect)
+        say(*str(aspect).splitlines())
     if failed.verdicts["new"]:
         return NEW_FAILURES
     if errors.verdicts["worse"] or order.verdicts["worse"]:
@@ -61,7 +62,7 @@ def read(folder: Path) -> Campaign:
     except FileNotFoundError as error:
         raise BadInput(f"compare: {error}") from None
     for name, reason in campaign.unreadable.items():
-        print(f"left out: {folder / name}: {reason}")
+        say(f"left out: {folder / name}: {reason}")
     return campaign
 
 

@@ -9,6 +9,7 @@ import pandas as pd
 from mpmbench.analysis.estimate import OrderEstimate, slopes_text
 from mpmbench.report.series import order_of, studies
 from mpmbench.results.records import Campaign
+from mpmbench.say import visible
 
 ACCURACY = 0.01  # relative change of an error that counts
 ORDER = 0.1  # change of an order that counts
@@ -34,7 +35,9 @@ class Aspect:
         counts = ", ".join(
             f"{number} {verdict}" for verdict, number in sorted(self.verdicts.items())
         )
-        return "\n".join([f"{self.name}: {counts or 'nothing to compare'}", *self.lines])
+        return "\n".join(
+            [f"{self.name}: {counts or 'nothing to compare'}", *map(visible, self.lines)]
+        )
 
 
 def failures(pairs: pd.DataFrame) -> Aspect:

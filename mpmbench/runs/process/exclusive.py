@@ -8,7 +8,6 @@ then leaves a mark, and that timing does not count.
 
 import fcntl
 import os
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -16,6 +15,8 @@ from contextlib import ExitStack, contextmanager
 from functools import cache
 from pathlib import Path
 from typing import IO
+
+from mpmbench.say import say
 
 SAY_AFTER = 2.0  # seconds of waiting before it is said
 WAIT_FOR_TIMED = 60.0  # seconds that a run which is not timed waits
@@ -70,7 +71,7 @@ def wait_for(file: IO[str], kind: int, began: float, patience: float) -> bool:
 def say_why() -> None:
     """Say, once in the life of this process, what it waits for."""
     text = "waiting for other runs of mpmbench on this machine (timing=exclusive)"
-    print(text, file=sys.stderr, flush=True)
+    say(text, error=True)
 
 
 def locked(file: IO[str], kind: int) -> bool:

@@ -12,6 +12,7 @@ from typing import Any
 from mpmbench.results.differences import differences, sentences, settings_of
 from mpmbench.runs.sweep.execute import Record
 from mpmbench.runs.sweep.plan import Plan
+from mpmbench.say import one_line
 
 SHOW_PROGRESS_AFTER = 1.5  # seconds
 ERRORS = ("displacement", "velocity", "stress")
@@ -37,7 +38,8 @@ COMMON = (
 def summary(record: Record, total_seconds: float) -> str:
     """A few lines about a single run."""
     scalars = record.scalars
-    lines = [f"{record.name}: {record.outcome}" + (f", {record.reason}" if record.reason else "")]
+    reason = one_line(record.reason)
+    lines = [f"{record.name}: {record.outcome}" + (f", {reason}" if reason else "")]
     for name in ERRORS:
         text = _quantity(scalars, f"error_{name}_rms")
         if text:
@@ -53,7 +55,7 @@ def summary(record: Record, total_seconds: float) -> str:
     times = (("solver", "solver_time"), ("compiling", "compile_time"))
     spent = [f"{word} {scalars[name][0]:.3g} s" for word, name in times if name in scalars]
     lines.append("  seconds".ljust(28) + ", ".join([*spent, f"total {total_seconds:.3g} s"]))
-    lines.append("  result".ljust(28) + (record.unwritten or shorten(record.file)))
+    lines.append("  result".ljust(28) + (one_line(record.unwritten) or shorten(record.file)))
     if record.has_traceback and not record.unwritten:
         lines.append("  traceback".ljust(28) + traceback_of(record))
     return "\n".join(lines)
@@ -64,7 +66,8 @@ def line(record: Record, number: int, total: int) -> str:
     width = len(str(total))
     error = _quantity(record.scalars, "error_displacement_rms")
     text = record.unwritten or record.reason or (f"displacement error {error}" if error else "")
-    return f"[{number:{width}}/{total}] {record.outcome:<13} {record.name:<44} {record.seconds:6.2f} s  {text}"
+    start = f"[{number:{width}}/{total}] {record.outcome:<13} {record.name:<44}"
+    return f"{start} {record.seconds:6.2f} s  {one_line(text)}"
 
 
 def failures(records: list[Record]) -> str:
@@ -72,7 +75,7 @@ def failures(records: list[Record]) -> str:
     rows = [f"{len(records)} of the runs failed:" if len(records) > 1 else "One run failed:"]
     for record in records:
         reason = "; ".join(part for part in (record.reason, record.unwritten) if part)
-        rows.append(f"  {record.outcome:<13} {record.name:<44} {reason}")
+        rows.append(f"  {record.outcome:<13} {record.name:<44} {one_line(reason)}")
     traced = [record for record in records if record.has_traceback and not record.unwritten]
     if traced:
         rows.append(f"where each was raised is in its file: {traceback_of(traced[0])}, for example")

@@ -12,6 +12,7 @@ from mpmbench.runs.process import environment, isolation
 from mpmbench.runs.sweep import execute
 from mpmbench.runs.sweep.ledger import LOOK_EVERY
 from mpmbench.runs.sweep.plan import Plan
+from mpmbench.say import say
 from mpmbench.settings.arguments import value_of
 from mpmbench.settings.schema import GROUPS, BadInput
 
@@ -68,7 +69,7 @@ def warm_up(plan: Plan) -> None:
     missing = [kind for kind in kinds if not (marks / kind).exists()]
     for number, kind in enumerate(missing, 1):
         chosen = ", ".join(kinds[kind][group]["name"] for group in ("method", "basis", "problem"))
-        print(f"compiling {number}/{len(missing)}: {chosen}", flush=True)
+        say(f"compiling {number}/{len(missing)}: {chosen}")
         if compile_kernels(kinds[kind]) == "ok":
             marks.mkdir(exist_ok=True)
             (marks / kind).touch()

@@ -8,6 +8,7 @@ from mpmbench.runs.sweep import display
 from mpmbench.runs.sweep.execute import Record
 from mpmbench.runs.sweep.ledger import Ledger
 from mpmbench.runs.sweep.plan import Plan
+from mpmbench.say import say, visible
 
 LOOK_EVERY = 0.1  # seconds
 MOST_SHOWN = 8  # runs under way that are listed one by one
@@ -33,10 +34,10 @@ class View:
 
     def begin(self, plan: Plan) -> None:
         """Say what is planned, and start to follow."""
-        print(display.plan_line(plan), flush=True)
+        say(display.plan_line(plan))
         differing = display.comparison(plan)
         if differing and plan.to_run:
-            print(differing, flush=True)
+            say(*differing.splitlines())
         self.plan, self.began = plan, time.monotonic()
         if not plan.to_run:
             return
@@ -74,9 +75,9 @@ class View:
             line = display.line(record, len(self.shown), len(self.plan.to_run))
             if self._terminal is not None:
                 colour = "red" if record.failed else None
-                self._terminal.console.print(line, style=colour, markup=False)
+                self._terminal.console.print(visible(line), style=colour, markup=False)
             else:
-                print(line, flush=True)
+                say(line)
         if self._terminal is not None:
             from rich.text import Text
 

@@ -1,11 +1,11 @@
 """The report at the end of a sweep."""
 
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from mpmbench.runs.sweep.display import shorten
+from mpmbench.say import say
 from mpmbench.settings.files import PACKAGE
 
 
@@ -25,7 +25,7 @@ def build(folder: Path, only_when_older: bool = False) -> bool:
     rooms = [PACKAGE / room for room in ("report", "analysis")]
     sources = [file for room in rooms for file in room.iterdir() if file.is_file()]
     if only_when_older and page.exists() and is_younger(page, [*folder.glob("*.nc"), *sources]):
-        print(f"report: {shorten(str(page))}")
+        say(f"report: {shorten(str(page))}")
         return True
     try:
         from mpmbench import report
@@ -34,11 +34,11 @@ def build(folder: Path, only_when_older: bool = False) -> bool:
     except Exception as error:
         text = " ".join(f"{type(error).__name__}: {error}".split())
         results = shorten(str(folder))
-        print(
+        say(
             f"mpmbench: the report failed ({text}); the results are in {results}, "
             f"and `python -m mpmbench report {results}` tries again",
-            file=sys.stderr,
+            error=True,
         )
         return False
-    print(f"report: {shorten(str(place))}")
+    say(f"report: {shorten(str(place))}")
     return True

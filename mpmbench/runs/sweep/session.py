@@ -20,6 +20,7 @@ from mpmbench.runs.sweep.execute import Record
 from mpmbench.runs.sweep.interrupts import terminated_like_interrupted, uninterrupted
 from mpmbench.runs.sweep.ledger import Ledger, follow_owner, opened
 from mpmbench.runs.sweep.plan import Plan, make_plan, record_inapplicable, timed_enough
+from mpmbench.say import say
 from mpmbench.settings.arguments import value_of
 from mpmbench.settings.schema import BadInput
 
@@ -41,7 +42,7 @@ def run_one(pairs: Sequence[str], started: float) -> int:
         records = {name: execute.run(config, progress, alone)}
         repeat_timings([config], records)
     record = records[name]
-    print(display.summary(record, time.perf_counter() - started))
+    say(*display.summary(record, time.perf_counter() - started).splitlines())
     asked = reporting.is_wanted(config, sweep=False)
     reported = reporting.build(Path(record.file).parent) if asked else True
     return 0 if reported and not record.failed else 1
@@ -160,12 +161,12 @@ class Session:
         """Say what failed and what was left out; whether nothing failed."""
         failed = [record for record in records if record.failed] + self.plan.failed_before()
         for cell in self.plan.not_applicable:
-            print(f"not applicable: {cell.name}: {cell.not_applicable}")
+            say(f"not applicable: {cell.name}: {cell.not_applicable}")
         if failed:
-            print(display.failures(failed))
+            say(*display.failures(failed).splitlines())
         left = len(self.plan.to_run) - len(records)
         if left and not interrupted:
-            print(f"{left} runs were not started, since one failed (on_error=stop)")
+            say(f"{left} runs were not started, since one failed (on_error=stop)")
         return not failed
 
 
@@ -223,7 +224,7 @@ def repeat_timings(
             return
         number = min(len(record.solver_times) for _, record in due) + 1
         if ledger is not None:
-            print(f"timing {len(due)} runs in turn, round {number}", flush=True)
+            say(f"timing {len(due)} runs in turn, round {number}")
         # what its place in memory does to a process is drawn anew
         isolation.processes.renew()
         for config, record in due:

@@ -1,0 +1,55 @@
+"""What is printed cannot steer a terminal: each line is one line, and all of it can be seen."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from mpmbench.cli import main
+from mpmbench.runs.sweep import display
+from mpmbench.runs.sweep.execute import Record
+from mpmbench.say import one_line, say, visible
+from mpmbench.settings.schema import BadInput
+
+PACKAGE = Path(__file__).parents[1] / "mpmbench"
+HOSTILE = "a\x1b]0;title\x07\x1b[2J\r\nforged line\x85\u2028\u202ecba\u2066\x9b31m\x00 \udc80 b"
+
+
+def test_what_cannot_be_seen_is_shown_as_its_code():
+    assert visible("ü µ ✓ 漢") == "ü µ ✓ 漢"
+    assert visible("\x1b[31m\n\t\u202e\udc80\\") == "\\x1b[31m\\n\\t\\u202e\\udc80\\"
+    assert one_line("  a\n\tb\x07  ") == "a b\\x07"
+    assert visible(HOSTILE).isprintable() and one_line(HOSTILE).isprintable()
+
+
+@pytest.mark.parametrize("error", (False, True))
+def test_a_line_stays_one_line(capsys, error):
+    say(HOSTILE, 3, "", error=error)
+    printed = capsys.readouterr()
+    lines = (printed.err if error else printed.out).split("\n")
+    assert lines == [visible(HOSTILE), "3", "", ""]
+    assert (printed.out if error else printed.err) == ""
+
+
+def test_reasons_are_said_in_one_line():
+    record = Record("name", "crashed", HOSTILE, "file.nc", unwritten=HOSTILE)
+    texts = [display.line(record, 1, 2), str(BadInput(HOSTILE))]
+    texts += [*display.summary(record, 1.0).split("\n"), *display.failures([record]).split("\n")]
+    assert all(text.isprintable() for text in texts)
+    assert not any(text.startswith("forged") for text in texts)
+
+
+def test_what_the_command_line_repeats_is_visible(capsys):
+    assert main([f"method={HOSTILE}"]) == 2
+    assert capsys.readouterr().err[:-1].isprintable()
+
+
+def test_everything_is_printed_in_one_place():
+    found = []
+    for file in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_bytes())):
+            if isinstance(node, ast.Call) and ast.unparse(node.func) in (
+                *("print", "sys.stdout.write", "sys.stderr.write"),
+            ):
+                found.append(str(file.relative_to(PACKAGE)))
+    assert found == ["say.py"]
