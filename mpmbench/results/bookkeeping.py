@@ -1,4 +1,7 @@
-"""Keys of a configuration that say where, when and how patiently something runs."""
+"""Keys of a configuration that say where, when and how patiently something runs; and keys that came later."""
+
+from collections.abc import Iterator
+from typing import Any
 
 # What does not change a result, so that changing it makes no finished run worthless.
 NOT_PART_OF_A_RUN = (
@@ -11,3 +14,27 @@ NOT_PART_OF_A_RUN = (
     "timing",
     "repeats",
 )
+
+# Keys that came after results were stored, by choice, with the default that does what was done
+# before: a configuration without such a key means this value, and one with it has the hash of then.
+LATER: dict[tuple[str, str], dict[str, Any]] = {("basis", "mls"): {"mixed_terms": False}}
+
+
+def with_later(config: dict[str, Any]) -> dict[str, Any]:
+    """A stored configuration, with the keys that it was too early to have."""
+    return config | {group: later | config[group] for group, later in _later(config)}
+
+
+def without_later(config: dict[str, Any]) -> dict[str, Any]:
+    """A configuration without the keys that came later, where they do what was done before."""
+    return config | {
+        group: {key: one for key, one in config[group].items() if (key, one) not in later.items()}
+        for group, later in _later(config)
+    }
+
+
+def _later(config: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Groups of this configuration whose choice has keys that came later, and these keys."""
+    for (group, name), later in LATER.items():
+        if config.get(group, {}).get("name") == name:
+            yield group, later

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from mpmbench.results.bookkeeping import NOT_PART_OF_A_RUN
+from mpmbench.results.bookkeeping import NOT_PART_OF_A_RUN, with_later
 from mpmbench.results.netcdf import read_scalars
 from mpmbench.settings.schema import GROUPS, BadInput
 from mpmbench.settings.trees import dotted
@@ -143,7 +143,7 @@ def read_runs(files: Iterable[Path]) -> list[tuple[dict[str, Any], dict[str, Any
 
 def flat_settings(attributes: dict[str, Any]) -> dict[str, Any]:
     """Settings of a run by their dotted keys, those of a choice's name by the choice."""
-    config = json.loads(attributes["config"])
+    config = with_later(json.loads(attributes["config"]))
     relevant = {key: value for key, value in config.items() if key not in NOT_PART_OF_A_RUN}
     flat = {}
     for key, value in dotted(relevant).items():

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.core.registry import PACKAGES, places, plugin_files, plugins_of
-from mpmbench.results.bookkeeping import NOT_PART_OF_A_RUN
+from mpmbench.results.bookkeeping import NOT_PART_OF_A_RUN, without_later
 from mpmbench.settings.files import PACKAGE
 
 SOLVER = ("core", "problems", "analysis", "case")
@@ -20,7 +20,8 @@ def config_json(config: dict[str, Any]) -> str:
 
 
 def config_hash(config: dict[str, Any]) -> str:
-    """Hash of the settings that a result depends on."""
+    """Hash of the settings that a result depends on; it is the same as before keys came later."""
+    config = without_later(config)
     relevant = {key: value for key, value in config.items() if key not in NOT_PART_OF_A_RUN}
     return hashlib.sha256(config_json(relevant).encode()).hexdigest()[:16]
 

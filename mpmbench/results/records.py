@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from mpmbench.results.bookkeeping import with_later
 from mpmbench.results.timings import load_of
 from mpmbench.settings.trees import dotted
 
@@ -146,9 +147,10 @@ def _row(
             units.setdefault(str(name), str(variable.attrs.get("units", "")))
             said = variable.attrs.get("long_name", str(name).replace("_", " "))
             names.setdefault(str(name), str(said))
+    config = with_later(json.loads(attributes.get("config", "{}")))
     settings = {
         key: str(value) if isinstance(value, list) else value  # so that they can be compared
-        for key, value in dotted(json.loads(attributes.get("config", "{}"))).items()
+        for key, value in dotted(config).items()
         if key not in BOOKKEEPING and not key.startswith(("limits.", "hydra."))
     }
     return row, settings | {"material": row["material"]}

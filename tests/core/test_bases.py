@@ -30,6 +30,11 @@ CASES += [  # each dimension and degree is compiled anew: the other degrees in 1
     pytest.param(case, marks=pytest.mark.slow) if case.dimension > 1 else case
     for case in OTHER_DEGREES
 ]
+CASES += [  # with the products of two coordinates; in 1D there are none
+    case
+    for case in bases.cases("mls", {"mixed_terms": True, "relative_radius": 2.3})
+    if case.dimension == 2
+]
 CASES += [
     case
     for prior in ("quartic_spline", "gaussian")

@@ -11,7 +11,7 @@ from mpmbench.analysis.slopes import fitted_order
 from mpmbench.core.bases.clouds.mls import MovingLeastSquares
 from mpmbench.core.bases.entropy.lme import LocalMaxEnt
 from mpmbench.core.bases.grid.linear import Linear
-from mpmbench.core.errors import BrokeDown
+from mpmbench.core.errors import BrokeDown, NotApplicable
 from mpmbench.core.geometry import Box, Cloud
 from mpmbench.core.loops.static import Static
 from mpmbench.core.materials.elastic.neo_hookean import NeoHookean
@@ -24,6 +24,7 @@ from tests.core.support import compose
 CLOUDS = {
     "mls": MovingLeastSquares(),
     "mls quadratic": MovingLeastSquares(degree=2, relative_radius=2.5, weight="quartic_spline"),
+    "mls with xy": MovingLeastSquares(mixed_terms=True, relative_radius=2.0),
     "mls gaussian": MovingLeastSquares(weight="gaussian", relative_radius=2.0),
     "mls six nodes": MovingLeastSquares(minimum_nodes=6),
     "lme": LocalMaxEnt(relative_radius=2.0**0.5, rim="cut"),
@@ -58,6 +59,19 @@ def test_reproduction(name: str, dim: int) -> None:
         value @ X[:, 0] ** 2, x[:, 0] ** 2
     )
     assert exact == (name == "mls quadratic")
+    if dim > 1:
+        product, has_products = X[:, 0] * X[:, 1], name in ("mls with xy", "mls quadratic")
+        assert np.allclose(value @ product, x[:, 0] * x[:, 1]) == has_products
+        slopes = np.stack([x[:, 1], x[:, 0]], axis=1)
+        found = np.einsum("nia,i->na", gradient, product)[:, :2]
+        assert np.allclose(found, slopes, atol=1e-6) == has_products
+
+
+def test_products_beside_degree_2_are_refused() -> None:
+    """These polynomials have them, and the same run would have two names."""
+    changes = {"basis__mixed_terms": True, "basis__degree": 2}
+    with pytest.raises(NotApplicable, match=r"mixed_terms=true with basis\.degree=2"):
+        case.read(compose("rolling_disk", "gmm", "mls", **changes))
 
 
 def test_a_point_outside_the_nodes_that_carry_weight_takes_in_another() -> None:

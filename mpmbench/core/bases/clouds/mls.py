@@ -1,10 +1,11 @@
 """Moving least squares of degree 1 or 2 (Lancaster, Salkauskas 1981; Iaconeta 2017, Eqs. 50-58).
 
 ``N_I = P(0) . M^-1 P_I W_I`` with ``M = sum_I P_I (x) P_I W_I`` and the polynomials P in
-coordinates relative to the point, in units of the radius. The weight, which the paper does not
-give, is a spline or a Gaussian of the distance over the effective radius R_eff. Functions have no
-Kronecker delta and may be negative; where they would be large, because the nodes that carry weight
-lie to one side of the point, its cloud takes in further nodes.
+coordinates relative to the point, in units of the radius. The paper prints 1, x, y, xy and further
+terms as P, and gives neither degree nor weight. The weight here is a spline or a Gaussian of the
+distance over the effective radius R_eff. Functions have no Kronecker delta and may be negative;
+where they would be large, because the nodes that carry weight lie to one side of the point, its
+cloud takes in further nodes.
 """
 
 import math
@@ -31,9 +32,10 @@ LARGEST_SUM = 2.0
 
 
 class Recipe(NamedTuple):
-    """Degree and number of polynomials, kind of weight, and R_eff / R."""
+    """Degree, products beside it, number of polynomials, kind of weight, and R_eff / R."""
 
     degree: int
+    mixed_terms: bool
     polynomials: int
     weight: int
     effective: float
@@ -49,6 +51,9 @@ class MovingLeastSquares(BasisSettings):
     """
 
     degree: int = setting(1, "of the polynomials that are reproduced", unit="-", options=(1, 2))
+    mixed_terms: bool = setting(
+        False, "degree 1 has products of two coordinates too: 1, x, y, xy as in Eq. 50"
+    )
     weight: str = setting(
         "cubic_spline",
         "of a node by its distance",
@@ -79,6 +84,11 @@ class MovingLeastSquares(BasisSettings):
         Where the fixed nodes are no part of the body (`touches_fixed_nodes`), nothing else can be
         held.
         """
+        if self.mixed_terms and self.degree > 1:
+            raise NotApplicable(
+                f"basis.mixed_terms=true with basis.degree={self.degree}: these polynomials have the "
+                "products of two coordinates already: leave it out"
+            )
         if (
             not touches_fixed_nodes
             and choices.dirichlet == "direct"
@@ -96,7 +106,10 @@ class MovingLeastSquares(BasisSettings):
         if radius <= h:
             raise BadSetting("radius", self.radius, f"more than the nodal spacing of {h:.6g} m")
         polynomials = math.comb(geometry.dimension + self.degree, self.degree)
-        recipe = Recipe(self.degree, polynomials, WEIGHTS[self.weight], self.effective_radius)
+        if self.mixed_terms and self.degree == 1:
+            polynomials += math.comb(geometry.dimension, 2)
+        weight = WEIGHTS[self.weight]
+        recipe = Recipe(self.degree, self.mixed_terms, polynomials, weight, self.effective_radius)
         least = max(self.minimum_nodes, polynomials)
         fill = partial(fill_points, recipe)
         return CloudBasis(geometry.points, particles, radius, least, fill, moving)
@@ -125,18 +138,21 @@ def weigh(kind, effective, q):
 
 
 @compiled
-def polynomials_at(degree, xi, P, dP):
-    """Monomials up to the degree at xi, to P, shape (m,), and derivatives to dP, shape (m, dim)."""
+def polynomials_at(degree, mixed_terms, xi, P, dP):
+    """Monomials at xi, to P, shape (m,), and their derivatives to dP, shape (m, dim).
+
+    All up to the degree, and with `mixed_terms` the products of two coordinates.
+    """
     dim = xi.shape[0]
     P[0] = 1.0
     dP[:] = 0.0
     for d in range(dim):
         P[1 + d] = xi[d]
         dP[1 + d, d] = 1.0
-    if degree == 2:
+    if degree == 2 or mixed_terms:
         row = 1 + dim
         for a in range(dim):
-            for b in range(a, dim):
+            for b in range(a if degree == 2 else a + 1, dim):
                 P[row] = xi[a] * xi[b]
                 dP[row, a] += xi[b]
                 dP[row, b] += xi[a]
@@ -191,7 +207,7 @@ def expand(recipe, clouds, p, P, dP, W, dW, M):
             square += xi[d] * xi[d]
         distance = math.sqrt(square)
         W[k], slope = weigh(recipe.weight, recipe.effective, distance)
-        polynomials_at(recipe.degree, xi, P[k], gradient)
+        polynomials_at(recipe.degree, recipe.mixed_terms, xi, P[k], gradient)
         for d in range(dim):  # the relative coordinate falls when x grows
             dW[k, d] = -slope * xi[d] / (distance * R) if distance > 0.0 else 0.0
             for a in range(m):

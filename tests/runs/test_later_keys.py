@@ -1,0 +1,31 @@
+"""Keys that came after results were stored: hashes stay, and older files are read as having them."""
+
+import json
+
+from mpmbench.results.bookkeeping import LATER, with_later
+from mpmbench.results.campaign import flat_settings
+from mpmbench.results.identity import config_hash
+from mpmbench.runs.hydra.compose import compose_many
+from mpmbench.settings.schema import declared
+
+DISK = ["method=gmm", "basis=mls", "problem=rolling_disk"]
+
+
+def test_a_key_that_came_later_leaves_the_hash_of_before():
+    more = ([], ["basis.mixed_terms=false"], ["basis.mixed_terms=true"])
+    plain, given, other = (config for config, _ in compose_many([[*DISK, *one] for one in more]))
+    assert plain["basis"]["mixed_terms"] is False
+    before = plain | {"basis": dict(plain["basis"])}
+    del before["basis"]["mixed_terms"]
+    assert config_hash(before) == config_hash(plain) == config_hash(given) != config_hash(other)
+    settings = flat_settings({"config": json.dumps(before)})
+    assert settings["basis.mixed_terms"] is False
+    assert with_later(other) == other
+    linear = {"basis": {"name": "linear"}}
+    assert with_later(linear) == linear
+
+
+def test_a_key_that_came_later_has_the_default_that_it_declares():
+    for (group, name), keys in LATER.items():
+        settings = declared(group, name)
+        assert {key: settings[key].default for key in keys} == keys
