@@ -55,9 +55,10 @@ def clock_of(runs: pd.DataFrame) -> Clock:
     )
 
 
-def clock_in(campaigns: Mapping[str, Campaign], name: str) -> Clock:
-    """The clock for the runs of a campaign, if there is such a campaign."""
-    return clock_of(campaigns[name].runs if name in campaigns else pd.DataFrame())
+def clock_in(campaigns: Mapping[str, Campaign], *names: str) -> Clock:
+    """The clock for the runs of campaigns that one table shows, as far as they are there."""
+    there = [campaigns[name].runs for name in names if name in campaigns]
+    return clock_of(pd.concat(there) if there else pd.DataFrame())
 
 
 def timings(study: Study) -> Table:

@@ -1,6 +1,14 @@
 """Iaconeta, Larese, Rossi and Guo 2017: implicit material points and Galerkin meshfree."""
 
-from mpmbench.papers.iaconeta2017 import beyond, cantilever, claims, disk, soil
+from mpmbench.papers.iaconeta2017 import (
+    beyond,
+    bounces,
+    cantilever,
+    claims,
+    disk,
+    soil,
+    undisclosed,
+)
 from mpmbench.papers.kit import Paper
 
 PAPER = Paper(
@@ -13,7 +21,10 @@ PAPER = Paper(
         cantilever.fields_chapter,
         cantilever.fig7_chapter,
         disk.table1_chapter,
+        undisclosed.mls_disk_chapter,
+        bounces.bounces_chapter,
         soil.soil_chapter,
+        undisclosed.mls_soil_chapter,
         soil.animation_chapter,
         soil.soil_check_chapter,
         cantilever.radius_chapter,

@@ -7,6 +7,7 @@ from mpmbench.papers.kit import Campaigns, Chapter, cell
 from mpmbench.papers.parts import along, numbers, quantities, thinned
 from mpmbench.report import style
 from mpmbench.report.figures import panels, single
+from mpmbench.report.timing import clock_in
 
 DYNAMIC: dict[str, tuple[dict[str, Any], str, str]] = {
     "UL-FEM, 16 x 4": ({"method": "fem", "resolution": 16}, "#f5c36b", "-"),
@@ -29,7 +30,6 @@ SCALARS = (
     "late_maximum",
     "lag_of_late_maximum",
     "energy_drift",
-    "solver_time",
 )
 PATCH = (8, 16, 32, 64)
 
@@ -44,12 +44,14 @@ def dynamic_chapter(campaigns: Campaigns) -> Chapter:
     figure, axes = panels(1, 3, 2.9)
     groups = (("UL-FEM",), ("implicit MPM", "explicit MPM"), ("GMM",))
     rows = []
+    clock = clock_in(campaigns, "dynamic")
+    wanted = (*SCALARS, clock.quantity)
     for name, (match, colour, line) in DYNAMIC.items():
         _, found = history(campaigns, "dynamic", "time", "tip_displacement", **match)
         column = next(k for k, group in enumerate(groups) if name.startswith(group))
         curve = thinned(found["time"], found["tip_displacement"])
         axes[0, column].plot(*curve, color=colour, ls=line, lw=1.1, label=name)
-        rows.append([name, *quantities(campaigns, "dynamic", SCALARS, **match)])
+        rows.append([name, *quantities(campaigns, "dynamic", wanted, **match)])
     for axis in axes[0]:
         extrema = zip(FIRST_MINIMUM, LATE_MAXIMUM, strict=True)
         axis.plot(*extrema, "k+", ms=8, label="quadratic elements")
@@ -60,7 +62,8 @@ def dynamic_chapter(campaigns: Campaigns) -> Chapter:
     page.draw("tip", "Displacement of the lower right corner", caption, figure)
     columns = ["method", "first minimum [m]", "its delay [s]", "late maximum [m]", "its delay [s]"]
     columns += ["energy drift", "solver time [s]"]
-    page.tabulate("extrema", "Extrema", columns, rows, numeric=range(1, 7))
+    title = clock.title("Extrema")
+    page.tabulate("extrema", title, columns, rows, numeric=range(1, 7), note=clock.note)
     page.notes += _findings(campaigns)
     return page
 

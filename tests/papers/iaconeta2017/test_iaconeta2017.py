@@ -135,9 +135,12 @@ def test_a_run_that_was_stopped_is_a_row_and_not_an_accident(tmp_path, write_run
     campaigns = read_campaigns(tmp_path)
     with pytest.raises(MissingRuns, match="timeout"):
         support.history(campaigns, "soil_fine", "run_out", **match)
-    assert [cell.value for cell in soil._end(campaigns, "soil_fine", match)] == ["timeout"] * 5
+    assert [cell.value for cell in soil._end(campaigns, "soil_fine", "solver_time", match)] == [
+        "timeout"
+    ] * 5
     assert not any(
-        cell.value for cell in soil._end(campaigns, "soil_fine", {**match, "resolution": 80})
+        cell.value
+        for cell in soil._end(campaigns, "soil_fine", "solver_time", {**match, "resolution": 80})
     )
 
 
@@ -184,44 +187,6 @@ def test_experiments_apply(name):
         case.read(config)
 
 
-def disk_runs(choices, mpm=0.3, mls=0.2, lme=0.1, near=0.15, other=0.15):
-    """RMS errors of the disk, as a rule asks for them: Table 1, MLS from 1.41 h, and another MLS."""
-
-    class Disk:
-        def choice(self, key, stated):
-            return choices.get(key, stated)
-
-        def status(self, campaign, **match):
-            return "ok"
-
-        def number(self, campaign, quantity, **match):
-            if campaign == "mls_disk":
-                return near if "basis__effective_radius" in match else other
-            return mpm if "basis" not in match else {"mls": mls, "lme": lme}[match["basis"]]
-
-    return Disk()
-
-
-@pytest.mark.parametrize(
-    ("name", "choices", "errors", "answer"),
-    [
-        ("gmm", {}, {}, HOLDS),
-        ("gmm", {}, {"mpm": 0.15}, FAILS),
-        ("gmm", {"weight": "gaussian"}, {"mpm": 0.16}, HOLDS),
-        ("gmm", {"degree": 2}, {"mpm": 0.14}, FAILS),
-        ("lme_dynamic", {}, {}, HOLDS),
-        ("lme_dynamic", {}, {"near": 0.09}, "for the gaps of Table 1; not for the same gap"),
-        ("lme_dynamic", {}, {"lme": 0.25, "near": 0.3}, "for the same gap; not for the gaps of"),
-        ("lme_dynamic", {"weight": "gaussian"}, {"other": 0.09}, FAILS),
-        ("lme_dynamic", {"weight": "gaussian"}, {"lme": 0.14}, HOLDS),
-    ],
-)
-def test_the_disk_is_judged_from_equal_gaps_and_with_other_weights(name, choices, errors, answer):
-    claim = next(claim for claim in find(PAPER).claims if claim.name == name)
-    expected = answer if answer in (HOLDS, FAILS) else f"holds in part: {answer}"
-    assert claim.answer(disk_runs(choices, **errors))[0].startswith(expected)
-
-
 @pytest.mark.parametrize(("advance", "answer"), [(0.5, HOLDS), (0.6, FAILS)])
 def test_columns_with_another_weight_are_judged_on_the_coarse_mesh(
     tmp_path, write_run, advance, answer
@@ -232,12 +197,18 @@ def test_columns_with_another_weight_are_judged_on_the_coarse_mesh(
         write_run(
             tmp_path / "soil", match["method"], match["basis"], 40, scalars=scalars, snapshot=False
         )
-    settings = {"basis": {"name": "mls", "weight": "gaussian", "degree": 1}}
-    scalars = {"final_run_out": advance}
-    write_run(
-        tmp_path / "mls_soil", "gmm", "mls", 40, scalars=scalars, settings=settings, snapshot=False
-    )
+    other = HOLDS if answer == FAILS else FAILS
+    for weight, mixed_terms, run_out in (
+        ("gaussian", False, advance),
+        ("cubic_spline", True, 1.1 - advance),
+    ):
+        chosen = {"name": "mls", "weight": weight, "degree": 1, "mixed_terms": mixed_terms}
+        write_run(
+            tmp_path / "mls_soil", "gmm", "mls", 40, scalars={"final_run_out": run_out},
+            settings={"basis": chosen}, snapshot=False,
+        )  # fmt: skip
     claim = next(claim for claim in find(PAPER).claims if claim.name == "columns")
     campaigns = read_campaigns(tmp_path)
     assert judge_in(claim, campaigns, SetUp("", {"weight": "gaussian"})).answer == answer
+    assert judge_in(claim, campaigns, SetUp("", {"mixed_terms": True})).answer == other
     assert judge_in(claim, campaigns, SetUp("", {"degree": 2})).answer == UNDECIDED

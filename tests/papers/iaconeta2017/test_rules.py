@@ -1,0 +1,128 @@
+"""Rules on Iaconeta et al. 2017: numbers that are told otherwise change the verdict."""
+
+import pytest
+
+from mpmbench.papers import find
+from mpmbench.papers.iaconeta2017.claims import ROOT
+from mpmbench.report.claims import FAILS, HOLDS, PARTLY
+
+
+class Told:
+    """Runs whose numbers and ends are told by functions of campaign, quantity and match."""
+
+    def __init__(self, number, status=lambda campaign, match: "ok", choices=None):
+        self.tell, self.end, self.choices, self.campaigns = number, status, choices or {}, {}
+
+    def choice(self, key, stated):
+        return self.choices.get(key, stated)
+
+    def status(self, campaign, **match):
+        return self.end(campaign, match)
+
+    def number(self, campaign, quantity, **match):
+        return self.tell(campaign, quantity, match)
+
+
+def answer(name, runs):
+    return next(claim for claim in find("iaconeta2017").claims if claim.name == name).answer(runs)
+
+
+@pytest.mark.parametrize(("odd", "expected"), [("fem", HOLDS), ("lme", FAILS), ("mls", FAILS)])
+def test_one_method_that_misses_the_limit_is_enough(odd, expected):
+    def deflection(campaign, quantity, match):
+        assert (campaign, quantity, match["resolution"]) == ("fig7", "tip_deflection", 800)
+        return -0.67433 - (2e-5 if match["basis"] == odd else 5e-6)
+
+    found, because = answer("same_limit", Told(deflection))
+    assert found == expected
+    assert "-0.67433" in because
+
+
+@pytest.mark.parametrize(
+    ("narrow", "wide", "expected"),
+    [
+        (1.2, 3.0, HOLDS),
+        (1.2, 0.9, f"{PARTLY}: for the search radius of the paper; not for R = 3 h"),
+        (0.9, 0.8, FAILS),
+    ],
+)
+def test_lme_is_less_accurate_with_both_search_radii(narrow, wide, expected):
+    def error(campaign, quantity, match):
+        times = narrow if match["basis__relative_radius"] == ROOT else wide
+        return 1e-3 * (times if match["basis"] == "lme" else 1.0)
+
+    assert answer("lme", Told(error))[0] == expected
+
+
+@pytest.mark.parametrize(
+    ("glued", "free", "expected"),
+    [
+        (-0.99, 0.1, f"{PARTLY}: when the disk starts above the plane"),
+        (-0.01, 0.1, HOLDS),
+        (-0.99, 0.25, FAILS),
+    ],
+)
+def test_contact_is_caught_where_a_disk_gets_free_again(glued, free, expected):
+    def end(campaign, quantity, match):
+        if campaign == "table1":
+            return free
+        return -0.8 if "problem__diagonal" in match else glued
+
+    def status(campaign, match):
+        return "diverged" if match.get("basis") == "mls" else "ok"
+
+    found, because = answer("contact", Told(end, status))
+    assert found == expected
+    assert "diverged (GMM-MLS)" in because
+
+
+@pytest.mark.parametrize(
+    ("share", "expected"), [(0.1, HOLDS), (0.03, FAILS), (0.5, FAILS), (-0.1, FAILS)]
+)
+def test_the_cost_of_gmm_is_within_what_the_paper_says(share, expected):
+    def time(campaign, quantity, match):
+        assert (campaign, quantity) == ("table1", "solver_time")
+        return 10.0 if match["method"] == "implicit_mpm" else 10.0 * (1.0 + share)
+
+    found, because = answer("cost", Told(time))
+    assert found == expected
+    assert f"{100 * share:.0f} % to {100 * share:.0f} %" in because
+
+
+def disk_runs(choices, mpm=0.3, mls=0.2, lme=0.1, near=(0.1, 0.15), far=(0.1, 0.2), other=0.15):
+    """RMS errors of the disk: Table 1, LME and MLS from 1.41 h and from 2.12 h, and another MLS."""
+
+    def error(campaign, quantity, match):
+        if campaign == "table1":
+            return mpm if "basis" not in match else {"mls": mls, "lme": lme}[match["basis"]]
+        assert campaign == "mls_disk"
+        if match.get("basis__effective_radius") == 2.0 / 3.0:
+            assert match["problem__gap"] == 1.5 * ROOT
+            return other
+        gaps = {ROOT: near, 1.5 * ROOT: far}
+        return gaps[match["problem__gap"]][("lme", "mls").index(match["basis"])]
+
+    return Told(error, choices=choices)
+
+
+@pytest.mark.parametrize(
+    ("name", "choices", "errors", "expected"),
+    [
+        ("gmm", {}, {}, HOLDS),
+        ("gmm", {}, {"mpm": 0.15}, FAILS),
+        ("gmm", {"weight": "gaussian"}, {"mpm": 0.16}, HOLDS),
+        ("gmm", {"mixed_terms": True}, {"mpm": 0.14}, FAILS),
+        ("gmm", {"degree": 2}, {"mpm": 0.14}, FAILS),
+        ("lme_dynamic", {}, {}, HOLDS),
+        ("lme_dynamic", {}, {"near": (0.1, 0.09)}, "for the gaps of Table 1, the same gap of 2.12"),
+        ("lme_dynamic", {}, {"far": (0.1, 0.09)}, "for the gaps of Table 1, the same gap of 1.41"),
+        ("lme_dynamic", {}, {"lme": 0.25}, "for the same gap of 1.41 h, the same gap of 2.12 h"),
+        ("lme_dynamic", {"mixed_terms": True}, {"other": 0.09}, FAILS),
+        ("lme_dynamic", {"weight": "gaussian"}, {"lme": 0.14}, HOLDS),
+    ],
+)
+def test_the_disk_is_judged_from_equal_gaps_and_with_other_functions(
+    name, choices, errors, expected
+):
+    wanted = expected if expected in (HOLDS, FAILS) else f"{PARTLY}: {expected}"
+    assert answer(name, disk_runs(choices, **errors))[0].startswith(wanted)
