@@ -163,8 +163,10 @@ def load_file(file: Path) -> str:
 
     Raises `BrokenPlugin` when it cannot be imported.
     """
+    file = file.resolve()
     known = {place: name for name, place in plugin_modules().items()}
-    name = known.get(file.resolve(), PREFIX + re.sub(r"\W", "_", file.stem))
+    name = known.get(file, PREFIX + re.sub(r"\W", "_", file.stem))
+    forget_other(name, file)
     if name not in sys.modules:
         spec = importlib.util.spec_from_loader(name, PluginLoader(name, str(file)))
         assert spec is not None and spec.loader is not None
@@ -176,8 +178,29 @@ def load_file(file: Path) -> str:
 
 
 def _import(modules: Iterable[str]) -> None:
+    files = plugin_modules()
     for module in modules:
+        if module in files:
+            forget_other(module, files[module])
         importlib.import_module(module)
+
+
+def forget_other(module: str, file: Path) -> None:
+    """Forget a module of this name that is not of this file.
+
+    An empty one stands there when the cache of kernels asked before the file's folder was known.
+    """
+    there = sys.modules.get(module)
+    if there is not None and there.__file__ != str(file):
+        del sys.modules[module]
+        _broken.pop(module, None)
+        _unregister(module)
+
+
+def _unregister(module: str) -> None:
+    for known in _registered.values():
+        for name in [n for n, one in known.items() if one.__module__ == module]:
+            del known[name]
 
 
 class PluginModules(MetaPathFinder):
@@ -210,9 +233,7 @@ class PluginLoader(SourceFileLoader):
             super().exec_module(module)
         except (Exception, SystemExit) as error:
             _broken[module.__name__] = error
-            for known in _registered.values():
-                for name in [n for n, one in known.items() if one.__module__ == module.__name__]:
-                    del known[name]
+            _unregister(module.__name__)
         vars(module).setdefault("__getattr__", partial(_stand_in, module))
 
 

@@ -1,5 +1,6 @@
 """Plug-ins that come, change and go: whatever was compiled for them concerns only the runs that use them."""
 
+import importlib
 import json
 import os
 import shutil
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import mpmbench
+from mpmbench.core import registry
 from mpmbench.results import identity, netcdf
 
 KERNEL = """
@@ -92,6 +94,21 @@ def test_the_cache_of_kernels_outlives_plugins(tmp_path, steps, said):
     assert [line for line, expected in zip(lines, said, strict=True) if expected is not ...] == [
         expected for expected in said if expected is not ...
     ]
+
+
+@pytest.mark.parametrize("way", ["file", "folder"])
+def test_a_module_that_was_asked_for_before_its_file_was_known(tmp_path, monkeypatch, request, way):
+    """As the cache of kernels asks for it, when a folder is named or a file loaded later on."""
+    name = registry.PREFIX + "early"
+    request.addfinalizer(lambda: registry.forget_other(name, Path()))
+    assert importlib.import_module(name).Handle.__name__ == "Handle"  # an empty one
+    file = tmp_path / "early.py"
+    file.write_text(PLUGIN.replace('"mine"', '"early"'))
+    if way == "file":
+        assert registry.load_file(file) == name
+    else:
+        monkeypatch.setenv("MPMBENCH_PLUGINS", str(tmp_path))
+    assert registry.get("material", "early").handle == (3.0,)
 
 
 @pytest.fixture
