@@ -10,6 +10,7 @@ import numpy as np
 from mpmbench.core.bases import Basis, BasisSettings
 from mpmbench.core.bases.frozen import FrozenBasis
 from mpmbench.core.bases.grid.product import GridBasis, count_crossings
+from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.energies import first_bad_volume, kinetic_energy, strain_energy
 from mpmbench.core.errors import BrokeDown, Diverged, SolverFailure
 from mpmbench.core.geometry import Geometry
@@ -23,6 +24,7 @@ from mpmbench.core.particles import Particles, particle_data
 from mpmbench.core.state import Nodes, State
 from mpmbench.core.transfer import find_transfer
 
+STEEP = 1e3  # gradients of functions, over the nodal spacing, that explain a lost volume
 ENERGY_GROWTH = 10.0  # a run with this many times the energy that was put in has diverged
 
 
@@ -219,7 +221,7 @@ def guard(s: State) -> None:
             raise Diverged(f"the volume of particle {bad} is not finite")
         raise BrokeDown(
             f"particle {bad} has the volume {p.V[bad]:.3g}, which is not positive"
-            f"{s.choices.circumstances(s)}"
+            f"{s.choices.circumstances(s)}{steepness(s, bad)}"
         )
     for name, array in p.data.items():
         if not np.isfinite(array[solid]).all():
@@ -235,6 +237,25 @@ def guard(s: State) -> None:
         )
     if p.tracers and s.basis.first_outside(p.x[solid.stop :]) >= 0:
         put_back(s)
+
+
+def steepness(s: State, particle: int) -> str:
+    """That the functions of a particle were all but discontinuous when its volume was lost, if so.
+
+    At the straight edge of a hull max-ent functions are those of its nodes; if these bend it by b,
+    one of them is a corner, where its function is 1. In between the gradient is about 1/b.
+    """
+    phi = s.basis.handle
+    if not isinstance(phi, Stencils) or s.geometry is None:
+        return ""
+    gradients = np.abs(phi.grad_phi[particle, : phi.size[particle]])
+    steepest = float(gradients.max(initial=0.0)) * s.geometry.nodal_spacing
+    if not steepest > STEEP:
+        return ""
+    return (
+        f"; its functions had gradients of {steepest:.1e} over the nodal spacing, which have no bound "
+        "next to the hull of nodes that bend it"
+    )
 
 
 def put_back(s: State) -> None:

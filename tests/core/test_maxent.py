@@ -195,37 +195,6 @@ def test_outside_is_an_error_and_inside_is_not(settings: MaxEnt | LocalMaxEnt, d
         basis.evaluate(x)
 
 
-def test_hull_of_a_triangle() -> None:
-    """Neither the bounding box nor the corners of the cells: facets decide."""
-    rng = np.random.default_rng(2)
-    barycentric = rng.dirichlet((1.0, 1.0, 1.0), 400)
-    corners = np.array([[0.0, 0.0], [2.0, 0.3], [0.4, 1.0]])
-    basis = LocalMaxEnt(gamma=1.0, radius=0.7).build(
-        Cloud(np.vstack([corners, barycentric @ corners])), 0, True
-    )
-    assert basis.first_outside(rng.dirichlet((1.0, 1.0, 1.0), 300) @ corners) == -1
-    for x in rng.uniform((0.0, 0.0), (2.0, 1.0), (300, 2)):
-        weights = np.linalg.solve(np.vstack([corners.T, np.ones(3)]), [*x, 1.0])
-        assert (basis.first_outside(x[None]) == 0) == (weights.min() < 0.0)
-    beyond = np.vstack([corners.mean(axis=0), [1.3, 0.9], [0.1, 0.9]])
-    assert basis.first_outside(beyond) == 1
-    basis.move(np.tile([[0.3, 0.2]], (403, 1)))
-    assert basis.first_outside(beyond) == 2
-
-
-def test_nodes_that_do_not_surround_a_point() -> None:
-    """A gap in the cloud: inside the hull of all nodes, outside that of those whose supports reach."""
-    nodes = np.array([0.0, 0.1, 0.2, 0.3, 0.9, 1.0, 1.1, 1.2])[:, None]
-    basis = MaxEnt().build(Cloud(nodes), 0, False)
-    assert basis.first_outside(np.array([[0.6]])) == -1
-    with pytest.raises(BrokeDown, match="outside the hull of the 0 nodes"):
-        basis.evaluate(np.array([[0.6]]))
-    with pytest.raises(BrokeDown, match="outside the hull of the 1 nodes"):
-        basis.evaluate(np.array([[0.45]]))
-    with pytest.raises(BrokeDown, match="outside the hull of the 2 nodes"):
-        basis.evaluate(np.array([[0.35]]))
-
-
 def test_newton_needs_its_line_search() -> None:
     """Li 2009: without it the iteration fails at most points for gamma = 6.8, and says so."""
     cloud = jittered(2, 0.3)

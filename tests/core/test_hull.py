@@ -1,0 +1,62 @@
+"""Maximum-entropy functions at the hull of the nodes and beyond it."""
+
+import numpy as np
+import pytest
+
+from mpmbench.core.bases.entropy.lme import LocalMaxEnt
+from mpmbench.core.bases.entropy.maxent import MaxEnt
+from mpmbench.core.errors import BrokeDown
+from mpmbench.core.geometry import Box, Cloud
+
+
+def test_hull_of_a_triangle() -> None:
+    """Neither the bounding box nor the corners of the cells: facets decide."""
+    rng = np.random.default_rng(2)
+    barycentric = rng.dirichlet((1.0, 1.0, 1.0), 400)
+    corners = np.array([[0.0, 0.0], [2.0, 0.3], [0.4, 1.0]])
+    basis = LocalMaxEnt(gamma=1.0, radius=0.7).build(
+        Cloud(np.vstack([corners, barycentric @ corners])), 0, True
+    )
+    assert basis.first_outside(rng.dirichlet((1.0, 1.0, 1.0), 300) @ corners) == -1
+    for x in rng.uniform((0.0, 0.0), (2.0, 1.0), (300, 2)):
+        weights = np.linalg.solve(np.vstack([corners.T, np.ones(3)]), [*x, 1.0])
+        assert (basis.first_outside(x[None]) == 0) == (weights.min() < 0.0)
+    beyond = np.vstack([corners.mean(axis=0), [1.3, 0.9], [0.1, 0.9]])
+    assert basis.first_outside(beyond) == 1
+    basis.move(np.tile([[0.3, 0.2]], (403, 1)))
+    assert basis.first_outside(beyond) == 2
+
+
+@pytest.mark.parametrize("settings", [MaxEnt(), LocalMaxEnt()])
+@pytest.mark.parametrize("bend", [1e-2, -1e-2, 1e-3, -1e-3, 1e-4, -1e-4])
+def test_gradients_have_no_bound_where_nodes_hardly_bend_the_hull(
+    settings: MaxEnt | LocalMaxEnt, bend: float
+) -> None:
+    """One node is off the straight edge by `bend` spacings, and takes a point on it along.
+
+    A node on the edge has a value of 0.7 there, a corner one of 1: a step within the bend.
+    """
+    nodes = Box((0.0, 0.0), (4.0, 4.0), (4, 4)).nodes()
+    middle = 14
+    phi = settings.build(Cloud(nodes, spacing=1.0), 1, True).evaluate(nodes[[middle]]).matrix(25)
+    nodes[middle, 1] += bend
+    basis = settings.build(Cloud(nodes, spacing=1.0), 1, True)
+    x = phi @ nodes
+    slope = basis.evaluate(x).gradient_matrix(25)[0, middle, 1]
+    assert 0.05 < slope * bend < 0.15
+    step = np.array([[0.0, 1e-5 * abs(bend)]])
+    above, below = (basis.evaluate(x + side * step).matrix(25)[0, middle] for side in (1, -1))
+    assert slope == pytest.approx((above - below) / (2.0 * step[0, 1]), rel=1e-3)
+
+
+def test_nodes_that_do_not_surround_a_point() -> None:
+    """A gap in the cloud: inside the hull of all nodes, outside that of those whose supports reach."""
+    nodes = np.array([0.0, 0.1, 0.2, 0.3, 0.9, 1.0, 1.1, 1.2])[:, None]
+    basis = MaxEnt().build(Cloud(nodes), 0, False)
+    assert basis.first_outside(np.array([[0.6]])) == -1
+    with pytest.raises(BrokeDown, match="outside the hull of the 0 nodes"):
+        basis.evaluate(np.array([[0.6]]))
+    with pytest.raises(BrokeDown, match="outside the hull of the 1 nodes"):
+        basis.evaluate(np.array([[0.45]]))
+    with pytest.raises(BrokeDown, match="outside the hull of the 2 nodes"):
+        basis.evaluate(np.array([[0.35]]))
