@@ -1,7 +1,7 @@
 """Which clock a table of times goes by, and the table of solver times of a study."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -58,7 +58,9 @@ def clock_of(runs: pd.DataFrame) -> Clock:
 def clock_in(campaigns: Mapping[str, Campaign], *names: str) -> Clock:
     """The clock for the runs of campaigns that one table shows, as far as they are there."""
     there = [campaigns[name].runs for name in names if name in campaigns]
-    return clock_of(pd.concat(there) if there else pd.DataFrame())
+    clock = clock_of(pd.concat(there) if there else pd.DataFrame())
+    alone = all((runs.timing_context == "exclusive").all() for runs in there)
+    return clock if alone else replace(clock, note=f"{clock.note} The runs were not timed alone.")
 
 
 def timings(study: Study) -> Table:

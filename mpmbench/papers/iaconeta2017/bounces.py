@@ -115,8 +115,8 @@ def bounces_chapter(campaigns: Campaigns) -> Chapter:
     if cancels(motions["MPM"], [one for name, one in motions.items() if name != "MPM"]):
         page.notes.append(
             "MPM comes nearest to the rigid disk because its landings hold it back by about as much as its "
-            "flights carry it ahead, not because it rolls better: the ranking of Table 1 is one of "
-            "bounces."
+            "flights carry it ahead, not because it rolls better: the ranking of Table 1 says little "
+            "about rolling."
         )
     return page
 

@@ -105,6 +105,13 @@ def test_the_undisclosed_choice_is_weighed_against_the_method(run_outs, expected
         undisclosed.weighed("The run-out", {choices[0]: Cell(0.4)}, others)
 
 
+def test_a_particle_that_has_left_the_body_is_counted_beside_it():
+    x = np.array([4.5, 4.4, 4.62, 667.0, 4.7, 4.85])
+    assert undisclosed.front(x, 0.16) == pytest.approx((0.85, 1))
+    assert undisclosed.front(x, 0.14) == pytest.approx((0.7, 2))
+    assert undisclosed.front(x[x < 5.0], 0.16) == pytest.approx((0.85, 0))
+
+
 def test_each_weight_and_polynomials_has_its_run_and_what_is_missing_stays_empty(
     tmp_path, write_run
 ):
@@ -146,10 +153,13 @@ def test_times_of_the_disk_and_the_column_tell_of_load(tmp_path, write_run):
     busy = {name: one.only(one.runs.index == one.runs.index) for name, one in campaigns.items()}
     for one in busy.values():
         one.runs["load"] = 0.9
+        one.runs["timing_context"] = "shared"
     page = disk.Chapter("table1", "")
     disk._fine(page, campaigns)
     assert "under load" not in page.tables[0].title and "unknown" in page.tables[0].note
+    assert "timed alone" not in page.tables[0].note
     campaigns.update(busy)
     disk._fine(page, campaigns)
     soil._base(page, campaigns)
     assert all("made under load" in table.title for table in page.tables[1:])
+    assert all("were not timed alone" in table.note for table in page.tables[1:])

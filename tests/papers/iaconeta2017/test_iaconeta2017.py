@@ -212,3 +212,11 @@ def test_columns_with_another_weight_are_judged_on_the_coarse_mesh(
     assert judge_in(claim, campaigns, SetUp("", {"weight": "gaussian"})).answer == answer
     assert judge_in(claim, campaigns, SetUp("", {"mixed_terms": True})).answer == other
     assert judge_in(claim, campaigns, SetUp("", {"degree": 2})).answer == UNDECIDED
+    chosen = {"name": "mls", "weight": "cubic_spline", "degree": 2}
+    write_run(
+        tmp_path / "mls_soil", "gmm", "mls", 40, scalars={"final_run_out": 663.0},
+        settings={"basis": chosen}, snapshot=False,
+    )  # fmt: skip
+    flung = judge_in(claim, read_campaigns(tmp_path), SetUp("", {"degree": 2}))
+    assert flung.answer == FAILS
+    assert "GMM-MLS flings a particle off the base" in flung.because
