@@ -4,10 +4,14 @@ All that a user or a plug-in needs has its place here, and is imported when it i
 command line must start without numba and xarray.
 """
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from __future__ import annotations
 
+import importlib  # and nothing that `python -m mpmbench` would look for in the current folder
+
+TYPE_CHECKING = False  # as in `typing`
 if TYPE_CHECKING:
+    from typing import Any
+
     from mpmbench.api import run as run
     from mpmbench.api import sweep as sweep
     from mpmbench.results.campaign import open_campaign as open_campaign

@@ -13,6 +13,7 @@ import xarray as xr
 
 from mpmbench.commands.places import attributes_of, results_in
 from mpmbench.results.campaign import flat_settings
+from mpmbench.results.cells import csv_cell
 from mpmbench.results.netcdf import read_attributes, read_scalars
 from mpmbench.results.one_move import in_one_move
 from mpmbench.runs.sweep.display import shorten
@@ -195,11 +196,11 @@ def overview(files: list[Path], folder: Path) -> Path:
 
 
 def write_table(path: Path, names: Iterable[str], rows: Iterable[Iterable[Any]]) -> Path:
-    """Write a CSV file; numbers keep all their digits."""
+    """Write a CSV file; numbers keep all their digits, and no text is a formula."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(names)
-    writer.writerows(rows)
+    writer.writerow(map(csv_cell, names))
+    writer.writerows(map(csv_cell, row) for row in rows)
     return write_whole(path, out.getvalue())
 
 

@@ -16,6 +16,7 @@ from mpmbench.runs.process import isolation
 from mpmbench.runs.sweep import execute
 from mpmbench.runs.sweep.plan import LASTING
 from mpmbench.say import say
+from mpmbench.settings.files import refuse_targets
 from mpmbench.settings.resolve import check_types
 from mpmbench.settings.schema import GROUPS, BadInput, did_you_mean, options
 
@@ -52,6 +53,7 @@ def main(arguments: list[str]) -> int:
 def rebuild(file: Path, attributes: dict[str, Any]) -> dict[str, Any]:
     """The configuration of a file; raises `BadInput` when this version does not know it."""
     config: dict[str, Any] = json.loads(attributes["config"])
+    refuse_targets(config, f"rerun {file}")
     for group in GROUPS:
         name = config[group]["name"]
         if name not in options(group):

@@ -1,7 +1,8 @@
 """The look of every figure: a colour per method, a marker per basis, black for what is exact."""
 
 import hashlib
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, cast
 
 import matplotlib
@@ -65,9 +66,17 @@ SETTINGS: dict[str, Any] = {
 }
 
 
-def applied() -> AbstractContextManager[None]:
-    """The settings as a context; needed while drawing and while saving."""
-    return matplotlib.rc_context(cast(Any, SETTINGS))
+@contextmanager
+def applied() -> Iterator[None]:
+    """The settings as a context; needed while drawing and while saving.
+
+    What they leave open is matplotlib's own default, whatever a ``matplotlibrc`` in the current
+    folder or elsewhere says.
+    """
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(cast(Any, SETTINGS))
+        yield
 
 
 def colour(method: str) -> str:

@@ -14,6 +14,7 @@ from mpmbench.analysis.estimate import OrderEstimate, asymptotic_text, numbers_t
 from mpmbench.report.figures import quantity_label
 from mpmbench.report.names import safe_name
 from mpmbench.report.series import Series, Study
+from mpmbench.results.cells import csv_cell
 
 OVERVIEW = (
     "error_displacement_rms",
@@ -96,10 +97,11 @@ class Table:
         """All digits, and the result files of each row in a last column."""
         out = io.StringIO()
         writer = csv.writer(out, lineterminator="\n")
-        writer.writerow([*self.columns, "files"])
+        writer.writerow([*map(csv_cell, self.columns), "files"])
         for row in self.rows:
             files = dict.fromkeys(file for cell in row for file in cell.files)
-            writer.writerow([*(_exact(cell.value) for cell in row), " ".join(files)])
+            values = [*(_exact(cell.value) for cell in row), " ".join(files)]
+            writer.writerow(map(csv_cell, values))
         return out.getvalue()
 
     def markdown(self) -> str:

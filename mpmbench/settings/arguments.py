@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable
 
+from mpmbench.settings.files import refuse_targets
 from mpmbench.settings.schema import (
     GROUPS,
     BadInput,
@@ -59,6 +60,7 @@ def value_of(key: str, pairs: Iterable[str], default: str = "") -> str:
 def check_pair(pair: str, verbs: list[str]) -> None:
     """Check one ``key=value``: the key must exist, and the option of a group too."""
     key, equals, value = pair.partition("=")
+    refuse_targets(pair, pair)
     if key.startswith(("hydra.", "hydra/", "+hydra.", "++hydra.", "~hydra")):
         return
     if key.startswith(("+", "~")):

@@ -11,6 +11,8 @@ import yaml
 from mpmbench.core.registry import PACKAGE, plugin_folders, while_plugins_stay
 from mpmbench.say import one_line
 
+TARGET = "_target_"
+
 
 class BadInput(Exception):
     """What the user gave cannot be run; the message is one sentence, the exit code 2 by default."""
@@ -44,7 +46,30 @@ def read_yaml(path: Path) -> dict[str, Any]:
         place = f"{path}, line {mark.line + 1}" if mark else str(path)
         why = getattr(error, "problem", None) or error
         raise BadInput(f"{place}: not valid YAML: {why}") from None
+    refuse_targets(content, str(path))
     return content if isinstance(content, dict) else {}
+
+
+def refuse_targets(content: Any, place: str) -> None:
+    """Raise `BadInput` when settings name code to be called, as Hydra's ``_target_`` does.
+
+    Parameters
+    ----------
+    content : object
+        What a YAML file, an override or the configuration of a result file holds.
+    place : str
+        Where it stands, for the sentence.
+    """
+    parts = [content] if isinstance(content, str) else []
+    if isinstance(content, dict):
+        parts = [*map(str, content), *content.values()]
+    elif isinstance(content, (list, tuple)):
+        parts = list(content)
+    for part in parts:
+        if not isinstance(part, str):
+            refuse_targets(part, place)
+        elif TARGET in part:
+            raise BadInput(f"{place}: {TARGET} is refused: settings are values and call no code")
 
 
 @cache

@@ -1,9 +1,12 @@
 """The plain, checked configuration of one run."""
 
+import re
 from collections.abc import Callable, Container
 from typing import Any
 
-from mpmbench.settings.declarations import declaration
+from mpmbench.core.registry import plugin_files
+from mpmbench.core.setting import did_you_mean
+from mpmbench.settings.declarations import declaration, registered
 from mpmbench.settings.schema import (
     GROUPS,
     PROBLEM_DEFAULTS,
@@ -13,6 +16,10 @@ from mpmbench.settings.schema import (
     declared_anywhere,
     unknown_key,
 )
+
+# In SI units nothing is larger or smaller; beyond, products of settings overflow.
+SMALLEST, LARGEST = 1e-60, 1e60
+MOST_STEPS = 2.0**53
 
 
 def fill(
@@ -47,9 +54,33 @@ def fill(
 def cast_to(cast: Callable[[Any], Any], key: str, value: Any) -> Any:
     """A value as its setting casts it; raises `BadInput` with the key for one that does not fit."""
     try:
-        return cast(value)
+        found = cast(value)
     except ValueError as error:
         raise BadInput(f"{key} = {'null' if value is None else value}: {error}") from None
+    for number in found if isinstance(found, list) else [found]:
+        if isinstance(number, float) and number and not SMALLEST <= abs(number) <= LARGEST:
+            raise BadInput(f"{key} = {value}: a size from {SMALLEST:g} to {LARGEST:g} is needed")
+    return found
+
+
+def check_range(config: dict[str, Any]) -> None:
+    """Raise `BadInput` when there are more time steps than can be counted in a float."""
+    step, end_time = config["time_step"], config["end_time"]
+    if step != "auto" and end_time / step > MOST_STEPS:
+        raise BadInput(
+            f"end_time = {end_time:g} with time_step = {step:g}: these are {end_time / step:.1g} time "
+            f"steps, and at most {MOST_STEPS:.1g} can be counted"
+        )
+
+
+def check_loop(config: dict[str, Any]) -> None:
+    """Raise `BadInput` when the time loop of a method is none that is known here."""
+    name = str(config["method"].get("time"))
+    known = registered("method")
+    if name in (*known, "None") or (re.fullmatch(r"\w+", name) and plugin_files()):
+        return
+    hint = did_you_mean(name, known) or f"; there are {', '.join(sorted(known))}"
+    raise BadInput(f"method.time = {name}: there is no such time loop{hint}")
 
 
 def check_types(config: dict[str, Any], given: Container[str] = ()) -> tuple[dict[str, Any], str]:
@@ -64,6 +95,7 @@ def check_types(config: dict[str, Any], given: Container[str] = ()) -> tuple[dic
         For a key that does not exist or a value of another type or, at the top level, range.
     """
     checked: dict[str, Any] = {}
+    check_loop(config)
     for key, cast in TOP_LEVEL.items():
         group, _, name = key.rpartition(".")
         value = (config.get(group) or {}).get(name) if group else config.get(name)
@@ -96,4 +128,5 @@ def check_types(config: dict[str, Any], given: Container[str] = ()) -> tuple[dic
                 reason = reason or f"{group}={option} has no {name}"
             else:
                 raise unknown_key(f"{group}.{name}")
+    check_range(checked)
     return checked, reason

@@ -2,6 +2,7 @@
 
 import itertools
 
+import matplotlib
 import numpy as np
 import pytest
 
@@ -59,3 +60,12 @@ def test_variants_of_one_pair_share_colour_and_marker_but_not_the_line():
     assert {look["color"] for look in looks} == {style.METHOD_COLOURS["otm"]}
     assert {look["marker"] for look in looks} == {"^"}
     assert len({(look["linestyle"], look["markerfacecolor"]) for look in looks}) == 8
+
+
+def test_figures_begin_with_the_defaults_of_matplotlib():
+    found = {"axes.facecolor": "red", "text.usetex": True, "lines.linestyle": ":", "font.size": 30}
+    with matplotlib.rc_context(found):
+        with style.applied():
+            inside = {key: matplotlib.rcParams[key] for key in found}
+        assert matplotlib.rcParams["axes.facecolor"] == "red"
+    assert list(inside.values()) == ["white", False, "-", style.SETTINGS["font.size"]]

@@ -1,13 +1,30 @@
 """Shows Hydra the options of each group, put together from declarations and presets, and the experiments."""
 
+from pathlib import Path
+
 from hydra.core.object_type import ObjectType
 from hydra.plugins.config_source import ConfigLoadError, ConfigResult, ConfigSource
 from omegaconf import OmegaConf
 
-from mpmbench.settings.files import experiments
+from mpmbench.settings.files import BadInput, experiments, read_yaml
 from mpmbench.settings.schema import GROUPS, composed, options
 
 SCHEME = "mpmbench"
+
+
+def check_experiment(file: Path) -> None:
+    """Raise `BadInput` for what an experiment sets of Hydra besides the sweep itself.
+
+    Hydra can be told to call functions, to set variables of the environment and to run commands of
+    a shell. Launchers and what belongs to them are chosen on the command line.
+    """
+    body = read_yaml(file).get("hydra") or {}
+    sweeper = body.get("sweeper") or {} if isinstance(body, dict) else {}
+    if not isinstance(body, dict) or set(body) - {"mode", "sweeper"} or set(sweeper) - {"params"}:
+        raise BadInput(
+            f"{file}: of hydra an experiment sets mode and sweeper.params only; all else is given "
+            "on the command line, as in hydra/launcher=joblib"
+        )
 
 
 class OptionsSource(ConfigSource):
@@ -26,6 +43,7 @@ class OptionsSource(ConfigSource):
         if not self.is_config(config_path):
             raise ConfigLoadError(f"Config not found : {config_path}")
         if group == "experiments":
+            check_experiment(experiments()[name])
             config = OmegaConf.load(experiments()[name])
         else:
             config = OmegaConf.create(composed(group, name))

@@ -4,14 +4,17 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import MutableMapping
-from contextlib import suppress
+from collections.abc import Iterator, MutableMapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from mpmbench.results.identity import sources_hash
-from mpmbench.settings.files import PACKAGE, joined
+from mpmbench.runs.process.private import private_folder
+from mpmbench.settings.files import PACKAGE, BadInput, joined
 
 KEEP_DAYS = 30
+NUMBA_SETTINGS = ".numba_config.yaml"
+SAFE_PATH, OURS = "PYTHONSAFEPATH", "mpmbench"  # a variable of Python's, and how we set it
 
 
 def cache_folder() -> Path:
@@ -19,19 +22,30 @@ def cache_folder() -> Path:
 
     numba does not notice a change in another file that a kernel calls, so every version of the
     sources has a folder of its own; those that nobody used for a month are removed. Plug-ins are
-    sources too.
+    sources too. What numba finds there it runs: the folder has to be this user's alone.
+
+    Raises
+    ------
+    BadInput
+        When neither the user's cache nor the system's temporary folder has such a place.
     """
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "mpmbench"
+    own = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "mpmbench"
+    refused = []
+    for home in (own, Path(tempfile.gettempdir()) / f"mpmbench-{os.getuid()}"):
+        try:
+            return folder_in(private_folder(home))
+        except OSError as error:
+            refused.append(f"{home} {str(error.strerror).lower()}")
+    what = "compiled kernels, which are run, need a folder that only this user can write to"
+    raise BadInput(f"{what}: {' and '.join(refused)}; name another one in XDG_CACHE_HOME")
+
+
+def folder_in(home: Path) -> Path:
+    """The folder for these sources in that of all kernels; those of old sources are removed."""
     folder = home / sources_hash()
-    try:
-        home.mkdir(parents=True, exist_ok=True)
-        start_from(home / sources_hash(with_plugins=False), folder)
-        folder.mkdir(exist_ok=True)
-        os.utime(folder)
-    except OSError:
-        folder = Path(tempfile.gettempdir()) / f"mpmbench-{os.getuid()}" / folder.name
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder
+    start_from(home / sources_hash(with_plugins=False), folder)
+    folder.mkdir(exist_ok=True)
+    os.utime(folder)
     for other in home.iterdir():
         if time.time() - other.stat().st_mtime > KEEP_DAYS * 86400:
             shutil.rmtree(other, ignore_errors=True)
@@ -62,6 +76,11 @@ def link(source: str, target: str) -> None:
 
 def prepare(environment: MutableMapping[str, str]) -> None:
     """Set what must be known before numba and the linear algebra libraries are imported."""
+    if Path(NUMBA_SETTINGS).exists():
+        why = "numba would take settings from it, which may change results"
+        raise BadInput(f"{NUMBA_SETTINGS} in the current folder: {why}; remove it or go elsewhere")
+    if environment.get(SAFE_PATH) == OURS:
+        del environment[SAFE_PATH]  # for us only, not for what a plug-in starts
     environment["NUMBA_CACHE_DIR"] = str(cache_folder())
     environment["NUMBA_THREADING_LAYER"] = "workqueue"  # survives a fork
     environment["NUMBA_NUM_THREADS"] = str(os.cpu_count() or 1)  # a launcher may have set it to 1
@@ -74,3 +93,16 @@ def prepare(environment: MutableMapping[str, str]) -> None:
 def make_known(environment: MutableMapping[str, str]) -> None:
     """Let other processes find the package where it was found here."""
     environment["PYTHONPATH"] = joined(str(PACKAGE.parent), environment.get("PYTHONPATH", ""))
+
+
+@contextmanager
+def importing_nothing_from_here() -> Iterator[None]:
+    """Within, new Python processes look for no modules in the current folder."""
+    before = os.environ.get(SAFE_PATH)
+    os.environ[SAFE_PATH] = before or OURS
+    try:
+        yield
+    finally:
+        del os.environ[SAFE_PATH]
+        if before is not None:
+            os.environ[SAFE_PATH] = before

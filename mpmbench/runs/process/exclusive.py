@@ -16,7 +16,9 @@ from functools import cache
 from pathlib import Path
 from typing import IO
 
+from mpmbench.runs.process.private import private_folder
 from mpmbench.say import say
+from mpmbench.settings.schema import BadInput
 
 SAY_AFTER = 2.0  # seconds of waiting before it is said
 WAIT_FOR_TIMED = 60.0  # seconds that a run which is not timed waits
@@ -24,12 +26,22 @@ LOOK_EVERY = 0.02  # seconds
 
 
 def folder() -> Path:
-    """Where the locks are: for each user of each machine."""
+    """Where the locks are: for each user of each machine.
+
+    Raises
+    ------
+    BadInput
+        When another user has taken this place; who owns the locks decides whose turn it is.
+    """
     temporary = tempfile.gettempdir()
     runtime = Path(os.environ.get("XDG_RUNTIME_DIR") or temporary)
     place = (runtime if runtime.is_dir() else Path(temporary)) / f"mpmbench-{os.getuid()}"
-    place.mkdir(exist_ok=True)
-    return place
+    try:
+        return private_folder(place)
+    except PermissionError as error:
+        what = f"the locks by which runs take turns cannot lie in {place}"
+        why = f"it {str(error.strerror).lower()}"
+        raise BadInput(f"{what}: {why}; name another folder in XDG_RUNTIME_DIR") from None
 
 
 @contextmanager

@@ -130,6 +130,14 @@ def birth(pid: int) -> str:
         return ""
 
 
+def is_own(folder: Path) -> bool:
+    """Whether a folder is of this user: others may leave whatever they want in a temporary one."""
+    try:
+        return folder.lstat().st_uid == os.getuid() and not folder.is_symlink()
+    except FileNotFoundError:
+        return False
+
+
 @contextmanager
 def opened(parent: Path | None = None) -> Iterator[Ledger]:
     """A new ledger below `parent` (default: the system's temporary folder), removed at the end.
@@ -138,6 +146,8 @@ def opened(parent: Path | None = None) -> Iterator[Ledger]:
     """
     place = parent or Path(tempfile.gettempdir())
     for leftover in place.glob(f"{PREFIX}*"):
+        if not is_own(leftover):
+            continue
         if not (leftover / "owner").exists() and time.time() - leftover.stat().st_mtime < 60:
             continue  # somebody is making it
         if Ledger(leftover).is_leftover():

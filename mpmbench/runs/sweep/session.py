@@ -105,7 +105,8 @@ class Session:
             launchers.warm_up(self.plan)
             for cell in self.plan.to_run:
                 ledger.keep_config(cell.name, cell.config)
-            self.launch(ledger)
+            with environment.importing_nothing_from_here():
+                self.launch(ledger)
             launchers.end_workers(self.launcher)
             return
         for cell in self.plan.to_run:
