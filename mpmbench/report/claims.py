@@ -5,8 +5,9 @@ of a paper are judged in one set-up, which the paper states, and beside it in ot
 paper leaves a choice open and the answer turns on it, the claim cannot be decided.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import Any
 
 from mpmbench.report.evidence import Evidence, MissingRuns, Runs
@@ -226,7 +227,8 @@ def set_ups_table(
 ) -> Table:
     """Which set-up satisfies which claim; an empty table where there is one set-up only.
 
-    A claim that does not depend on what a set-up changes has the stated answer there.
+    A claim that does not depend on what a set-up changes has the stated answer there. The best
+    combination of the set-ups comes last, where one satisfies more than each of them.
 
     Raises
     ------
@@ -235,43 +237,78 @@ def set_ups_table(
     """
     if len(set_ups) > MOST_SET_UPS:
         raise ValueError(f"{len(set_ups)} set-ups; a table has at most {MOST_SET_UPS}")
-    columns = ["claim", *(set_up.name for set_up in set_ups)]
     if len(set_ups) < 2:
-        return Table(name, "", columns, [])
+        return Table(name, "", ["claim", *(set_up.name for set_up in set_ups)], [])
+    judged = [_Judged(claim, campaigns, set_ups[0]) for claim in claims]
+    best = best_combination(judged, set_ups) if len(set_ups) < MOST_SET_UPS else None
+    shown = [*set_ups, best] if best is not None else list(set_ups)
+    counts = {set_up.name: _count(judged, set_up.choices) for set_up in shown}
     rows: list[list[Any]] = []
     reasons: dict[str, list[str]] = {}
-    counts = {set_up.name: 0 for set_up in set_ups}
-    total = 0
-    for claim in claims:
-        row: list[Any] = [claim.statement]
-        for set_up, verdict in zip(set_ups, _across(claim, campaigns, set_ups), strict=True):
-            counts[set_up.name] += verdict.answer == HOLDS
-            files = tuple(dict.fromkeys(file for one in verdict.evidence for file in one.files))
+    for one in judged:
+        row: list[Any] = [one.claim.statement]
+        for set_up in shown:
+            verdict = one.under(set_up.choices)
+            files = tuple(dict.fromkeys(file for piece in verdict.evidence for file in piece.files))
             row.append(Cell(SHORT.get(verdict.short, ""), files))
             if verdict.answer == UNDECIDED:
-                where = reasons.setdefault(f"{claim.statement}: {verdict.because}", [])
+                where = reasons.setdefault(f"{one.claim.statement}: {verdict.because}", [])
                 where.append(set_up.name)
         rows.append(row)
-        total += 1
-    rows.append([f"hold, of {total}", *(Cell(counts[one.name]) for one in set_ups)])
-    return Table(
-        name, "Claims and set-ups", columns, rows, _summary(set_ups, counts, total, reasons)
-    )
+    rows.append([f"hold, of {len(judged)}", *(Cell(count) for count in counts.values())])
+    columns = ["claim", *counts]
+    note = _summary(set_ups, best, counts, len(judged), reasons)
+    return Table(name, "Claims and set-ups", columns, rows, note)
 
 
-def _across(
-    claim: Claim, campaigns: Mapping[str, Campaign], set_ups: Sequence[SetUp]
-) -> Iterator[Verdict]:
-    """The verdict of every set-up; it is computed only where the claim depends on the choices."""
-    stated = judge_in(claim, campaigns, set_ups[0])
-    yield stated
-    for set_up in set_ups[1:]:
-        touched = stated.asked & set(set_up.choices)
-        yield judge_in(claim, campaigns, set_up) if touched else stated
+@dataclass
+class _Judged:
+    """A claim and its verdicts by the choices that it depends on: each is computed once."""
+
+    claim: Claim
+    campaigns: Mapping[str, Campaign]
+    stated: SetUp
+    found: dict[tuple[tuple[str, Any], ...], Verdict] = field(default_factory=dict)
+
+    def under(self, choices: Mapping[str, Any]) -> Verdict:
+        """The verdict when these are chosen otherwise than stated."""
+        if () not in self.found:
+            self.found[()] = judge_in(self.claim, self.campaigns, self.stated)
+        touched = {key: choices[key] for key in sorted(self.found[()].asked & set(choices))}
+        key = tuple(touched.items())
+        if key not in self.found:
+            self.found[key] = judge_in(self.claim, self.campaigns, SetUp("", touched))
+        return self.found[key]
+
+
+def _count(judged: Iterable[_Judged], choices: Mapping[str, Any]) -> int:
+    """How many claims hold under these choices."""
+    return sum(one.under(choices).answer == HOLDS for one in judged)
+
+
+def best_combination(judged: Sequence[_Judged], set_ups: Sequence[SetUp]) -> SetUp | None:
+    """The combination of set-ups that satisfies most claims, of equally good ones the shortest.
+
+    None where no combination satisfies more than the best of the set-ups alone.
+    """
+    most = max(_count(judged, set_up.choices) for set_up in set_ups)
+    best = None
+    for size in range(2, len(set_ups)):
+        for parts in combinations(set_ups[1:], size):
+            keys = [key for part in parts for key in part.choices]
+            if len(set(keys)) < len(keys):
+                continue  # two values of one choice
+            choices = {key: value for part in parts for key, value in part.choices.items()}
+            count = _count(judged, choices)
+            if count > most:
+                most = count
+                best = SetUp(f"best: {' and '.join(part.name for part in parts)}", choices)
+    return best
 
 
 def _summary(
     set_ups: Sequence[SetUp],
+    best: SetUp | None,
     counts: Mapping[str, int],
     total: int,
     reasons: Mapping[str, Sequence[str]],
@@ -279,12 +316,14 @@ def _summary(
     """Whether any set-up satisfies all claims, which are left open by the paper, and what is missing."""
     full = [name for name, count in counts.items() if count == total]
     most = max(counts.values())
-    best = ", ".join(name for name, count in counts.items() if count == most)
+    where = ", ".join(name for name, count in counts.items() if count == most)
     parts = [
         f"All claims hold in: {', '.join(full)}."
         if full
-        else f"No set-up satisfies all {total} claims; the most, {most}, hold in: {best}."
+        else f"No set-up satisfies all {total} claims; the most, {most}, hold in: {where}."
     ]
+    if not full and best is None and 2 < len(set_ups) < MOST_SET_UPS:
+        parts.append("No combination of these set-ups satisfies more.")
     undisclosed = dict.fromkeys(set_up.open for set_up in set_ups if set_up.open)
     if undisclosed:
         parts.append(f"The paper leaves open: {', '.join(undisclosed)}.")

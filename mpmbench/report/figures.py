@@ -24,6 +24,7 @@ LEGEND_LINE = 0.145  # height of one line of a legend [in]
 LEGEND_WIDTH = 54  # characters
 MOST_FLOORS = 3  # errors of time integration that a legend lists one by one
 MOST_ROWS = 10  # of a legend that lists curves one by one
+TIMES = {"solver_time": "solver time [s]", "solver_cpu_time": "CPU time of the solver [s]"}
 Orders = dict[str, OrderEstimate]
 
 
@@ -72,27 +73,30 @@ def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
     return figure
 
 
-def work_precision(study: Study, quantity: str) -> tuple[Figure, bool] | None:
+def work_precision(
+    study: Study, quantity: str, clock: str = "solver_time"
+) -> tuple[Figure, bool] | None:
     """Error against the solver's time, and whether the times are exclusive.
 
     None where the runs differ in what they solve rather than in effort. Only runs that had the
-    machine to themselves are drawn when there are any; otherwise all, marked in the figure.
+    machine to themselves are drawn when there are any; otherwise all, marked in the figure. `clock` is
+    the time that counts: ``solver_time`` or, on a busy machine, ``solver_cpu_time``.
     """
     if study.axis.power is None and study.axis.key != "particles_per_cell":
         return None
-    exclusive = any(len(_timed(one, quantity, True)) for one in study.series)
-    shown = [one for one in study.series if len(_timed(one, quantity, exclusive))]
+    exclusive = any(len(_timed(one, quantity, clock, True)) for one in study.series)
+    shown = [one for one in study.series if len(_timed(one, quantity, clock, exclusive))]
     if not shown:
         return None
     figure, axes = single(SQUARE)
     handles = []
     for one in shown:
-        runs = _timed(one, quantity, exclusive)
+        runs = _timed(one, quantity, clock, exclusive)
         look = style.line(one.method, one.basis, one.rank)
-        handles += axes.loglog(runs.solver_time, runs[quantity], label=one.name, **look)
+        handles += axes.loglog(runs[clock], runs[quantity], label=one.name, **look)
     log_ticks(axes.xaxis, span=100.0)
     log_ticks(axes.yaxis)
-    axes.set(xlabel="solver time [s]", ylabel=drawn(quantity_label(study, quantity)))
+    axes.set(xlabel=TIMES[clock], ylabel=drawn(quantity_label(study, quantity)))
     if not exclusive:
         corner: dict[str, Any] = {"ha": "right", "va": "top", "transform": axes.transAxes}
         axes.text(0.97, 0.97, "machine shared with other runs", size=7, **corner)
@@ -205,8 +209,8 @@ def _parts(curves: list[Series]) -> list[Line2D]:
     return entries
 
 
-def _timed(one: Series, quantity: str, exclusive: bool) -> pd.DataFrame:
-    runs = one.finite(quantity, "solver_time")
+def _timed(one: Series, quantity: str, clock: str, exclusive: bool) -> pd.DataFrame:
+    runs = one.finite(quantity, clock)
     return runs[runs.timing_context == "exclusive"] if exclusive else runs
 
 

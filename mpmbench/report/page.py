@@ -20,7 +20,7 @@ from mpmbench.report import atlas, coincide, figures, profiles, style, tables
 from mpmbench.report.names import anchor, safe_name
 from mpmbench.report.series import Study, further_studies, orders_of, studies
 from mpmbench.report.tables import Table
-from mpmbench.report.timing import timings
+from mpmbench.report.timing import clock_of, compared, timings
 from mpmbench.results.one_move import in_one_move
 from mpmbench.results.records import Campaign, read_campaign
 
@@ -221,10 +221,11 @@ def _section(study: Study, writer: Writer) -> Section:
     estimates = {quantity: orders_of(study, quantity) for quantity in ERRORS}
     for quantity, orders in estimates.items():
         _add_convergence(section, study, quantity, orders)
-    drawn = figures.work_precision(study, ERRORS[0])
+    clock = clock_of(compared(study)[0])
+    drawn = figures.work_precision(study, ERRORS[0], clock.quantity)
     if drawn is not None:
         figure, exclusive = drawn
-        caption = "Error against the time of the solver, compiling excluded."
+        caption = f"Error against the time of the solver, compiling excluded. {clock.note}"
         if not exclusive:
             caption += " These runs shared the machine with others: the times are only indicative."
         section.draw("work_precision", "Work and precision", caption, figure)

@@ -63,14 +63,19 @@ def clock_in(campaigns: Mapping[str, Campaign], *names: str) -> Clock:
     return clock if alone else replace(clock, note=f"{clock.note} The runs were not timed alone.")
 
 
+def compared(study: Study) -> tuple[pd.DataFrame, str]:
+    """Finished runs whose times are compared, and their context: those timed alone, if there are any."""
+    done = study.runs[study.runs.status == "ok"]
+    alone = done[done.timing_context == "exclusive"]
+    return (alone, "exclusive") if len(alone) else (done, "shared")
+
+
 def timings(study: Study) -> Table:
     """Solver times of runs that had the machine to themselves, and ratios to linear MPM.
 
     Where no run had, those of runs that shared it are indicative.
     """
-    done = study.runs[study.runs.status == "ok"]
-    alone = done[done.timing_context == "exclusive"]
-    chosen, context = (alone, "exclusive") if len(alone) else (done, "shared")
+    chosen, context = compared(study)
     clock = clock_of(chosen)
     values = study.values()
     rows = []
@@ -93,7 +98,7 @@ def timings(study: Study) -> Table:
     title = "Solver time"
     if context == "exclusive":
         note += " Medians over repeats."
-        left_out = len(done) - len(alone)
+        left_out = int((study.runs.status == "ok").sum()) - len(chosen)
         note += f" {left_out} runs that shared the machine are left out." if left_out else ""
     else:
         title += ", indicative only: the runs were not timed alone"

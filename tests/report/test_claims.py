@@ -196,3 +196,48 @@ def test_a_table_of_one_set_up_is_left_out_and_one_of_many_refused(masses):
     many = tuple(SetUp(str(k)) for k in range(9))
     with pytest.raises(ValueError, match="9 set-ups"):
         set_ups_table("set-ups", [SMALL], masses, many)
+
+
+def told(name, key, wanted):
+    """A claim that holds where a choice has the wanted value."""
+
+    def rule(runs):
+        return runs.choice(key, "stated") == wanted, f"{key} is {runs.choice(key, 'stated')}"
+
+    return Claim(name, f"It holds with {key} {wanted}", "Fig. 1", rule)
+
+
+MASS, SIZE = SetUp("lumped", {"mass": "lumped"}), SetUp("wide", {"size": "wide"})
+OTHER_MASS = SetUp("none", {"mass": "none"})
+
+
+def test_the_best_combination_is_a_set_up_of_its_own():
+    claims = [told("a", "mass", "lumped"), told("b", "size", "wide"), told("c", "load", "stated")]
+    table = set_ups_table("set-ups", claims, {}, (STATED, MASS, OTHER_MASS, SIZE))
+    assert table.columns[-1] == "best: lumped and wide"
+    assert [row[-1].text for row in table.rows] == ["yes", "yes", "yes", "3"]
+    assert "All claims hold in: best: lumped and wide." in table.note
+
+
+def test_a_combination_that_satisfies_no_more_is_left_out():
+    claims = [told("a", "mass", "lumped"), told("b", "size", "stated")]
+    table = set_ups_table("set-ups", claims, {}, (STATED, MASS, SIZE))
+    assert table.columns == ["claim", "as stated", "lumped", "wide"]
+    assert [cell.text for cell in table.rows[-1][1:]] == ["1", "2", "0"]
+    claims.append(told("c", "load", "end"))
+    table = set_ups_table("set-ups", claims, {}, (STATED, MASS, SIZE))
+    assert "No combination of these set-ups satisfies more." in table.note
+
+
+def test_two_values_of_one_choice_are_not_combined():
+    claims = [told("a", "mass", "lumped"), told("b", "mass", "none"), told("c", "mass", "x")]
+    table = set_ups_table("set-ups", claims, {}, (STATED, MASS, OTHER_MASS))
+    assert len(table.columns) == 4
+
+
+def test_with_a_best_combination_a_table_has_no_more_than_eight_set_ups():
+    claims = [told("a", "mass", "lumped"), told("b", "size", "wide")]
+    more = tuple(SetUp(str(k), {str(k): k}) for k in range(4))
+    for rest, columns in ((more, 9), ((*more, SetUp("last", {"last": 1})), 9)):
+        table = set_ups_table("set-ups", claims, {}, (STATED, MASS, SIZE, *rest))
+        assert len(table.columns) == columns

@@ -1,7 +1,7 @@
 """Li 2009, chapters 2 to 4: local max-ent functions, the isothermal shock, and stability of OTM."""
 
 from mpmbench.papers.kit import Paper
-from mpmbench.papers.li2009 import bar, claims, functions, shock, space
+from mpmbench.papers.li2009 import bar, claims, entropy, functions, locality, shock, space
 
 PAPER = Paper(
     name="li2009",
@@ -13,6 +13,8 @@ PAPER = Paper(
     "Eulerian kernel and nodal integration stand beside OTM. Errors of the shock are those of Eq. "
     "4.27: the largest over time.",
     chapters=(
+        entropy.maxent_chapter,
+        entropy.data_chapter,
         functions.table_chapter,
         functions.boundary_chapter,
         functions.gamma_chapter,
@@ -24,6 +26,7 @@ PAPER = Paper(
         space.strip_chapter,
         space.cylinder_chapter,
         bar.bar_chapter,
+        locality.locality_chapter,
         bar.energy_chapter,
         bar.stability_chapter,
     ),

@@ -12,10 +12,11 @@ from mpmbench.papers.parts import of_file, quantities
 from mpmbench.report import style
 from mpmbench.report.figures import name_axes, panels
 from mpmbench.report.tables import Cell
+from mpmbench.report.timing import clock_in
 
 # velocity [m/s]
 COLOURS: dict[str, Any] = {"cmap": "viridis", "vmin": 0.0, "vmax": 2.2, "rasterized": True}
-COSTS = ("n_nodes", "n_particles", "neighbours_mean", "steps", "solver_time")
+COSTS = ("n_nodes", "n_particles", "neighbours_mean", "steps")
 VIEW = (30.0, 18.0)  # turn about the vertical and tilt [degrees]
 STRIP: dict[str, dict[str, Any]] = {
     "gamma = 1.8": OTM | {"basis__gamma": 1.8, "basis__gradient": "exact", "particles_per_cell": 1},
@@ -166,16 +167,18 @@ def _errors(
 ) -> None:
     """Errors and costs of some runs."""
     rows = []
+    clock = clock_in(campaigns, campaign)
     for name, match in shown.items():
         errors = quantities(campaigns, campaign, (VELOCITY, DENSITY), **match)
         file, found = variables(campaigns, campaign, "velocity", **match)
         across = of_file(file, np.abs(found["velocity"][-1, :, 1:]).max())
-        costs = quantities(campaigns, campaign, COSTS, **match)
+        costs = quantities(campaigns, campaign, (*COSTS, clock.quantity), **match)
         if isinstance(costs[2].value, str):  # finite elements do not look for neighbours
             costs[2] = Cell("")
         rows.append([name, *errors, *across, *costs])
     columns = ["functions", "velocity error [m^1.5/s]", "density error [kg/m2]"]
     columns += ["largest speed across [m/s]"]
     columns += ["nodes", "particles", "neighbours", "steps", "time [s]"]
-    note = "Errors are largest ones over time, Eq. 4.27; the speed across is that of one material point at the end."
-    page.tabulate("errors", "Errors and cost", columns, rows, range(1, 9), note)
+    note = "Errors are largest ones over time, Eq. 4.27; the speed across is that of one material point at the end. "
+    note += clock.note
+    page.tabulate("errors", clock.title("Errors and cost"), columns, rows, range(1, 9), note)

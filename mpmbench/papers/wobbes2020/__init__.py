@@ -7,8 +7,10 @@ from mpmbench.papers.wobbes2020 import (
     beyond,
     claims,
     errata,
+    functions,
     plate,
     references,
+    stress_update,
     survival,
     table1,
 )
@@ -20,12 +22,14 @@ PAPER = Paper(
     "optimal transportation meshfree methods, Computational Particle Mechanics 8 (2021) 113-133, "
     "doi:10.1007/s40571-020-00316-7.",
     chapters=(
+        functions.functions_chapter,
         table1.table1_chapter,
         bars.fig5_chapter,
         bars.fig6_chapter,
         bars.fig7_chapter,
         bars.fig8_chapter,
         survival.breakdown_chapter,
+        stress_update.stress_update_chapter,
         plate.fig9_chapter,
         plate.plate_orders_chapter,
         errata.errata_chapter,

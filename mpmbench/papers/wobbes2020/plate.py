@@ -8,6 +8,7 @@ from mpmbench.papers.kit import Campaigns, Chapter, cell, study_of
 from mpmbench.papers.parts import of_file, quantities
 from mpmbench.papers.wobbes2020.support import (
     ERROR,
+    METHODS,
     RELATIVE,
     RELATIVE_STRESS,
     STRESS,
@@ -18,6 +19,7 @@ from mpmbench.papers.wobbes2020.support import (
 from mpmbench.report import figures, tables
 from mpmbench.report.series import Series
 from mpmbench.report.tables import Cell
+from mpmbench.report.timing import clock_of, compared
 
 ROW = 0.07  # height of the row of particles that Fig. 9 shows [m]
 SHOWN: dict[str, dict[str, Any]] = {
@@ -32,6 +34,12 @@ WIDE = {
     "MPM-maxent, supports of 3, lumped": method("MPM-maxent", basis__d_max=3.0)
     | {"mass": "lumped"},
     "MPM-maxent, supports of 3, consistent": method("MPM-maxent", basis__d_max=3.0),
+}
+MASSES = {
+    "MPM-P1, consistent": METHODS["MPM-P1"] | {"mass": "consistent"},
+    "BSMPM, lumped": METHODS["BSMPM"] | {"mass": "lumped"},
+    "OTM-P1, lumped": METHODS["OTM-P1"] | {"mass": "lumped"},
+    "OTM-maxent, lumped": METHODS["OTM-maxent"] | {"mass": "lumped"},
 }
 
 
@@ -54,7 +62,7 @@ def fig9_chapter(campaigns: Campaigns) -> Chapter:
     )
     page.draw("stress", "Normal stress along the plate", caption, figure)
     rows = []
-    for name, match in {**SHOWN, **WIDE}.items():
+    for name, match in {**SHOWN, **WIDE, **MASSES}.items():
         errors = quantities(campaigns, "fig9", (ERROR, RELATIVE, STRESS, RELATIVE_STRESS), **match)
         rows.append([name, *errors, first_component(campaigns, match)])
     columns = ["method", "RMS displacement error [m]", "relative", "RMS stress error [Pa]"]
@@ -116,12 +124,14 @@ def work_chapter(campaigns: Campaigns) -> Chapter:
         "plate_orders": "plate in axis-aligned motion",
     }
     for name, title in titles.items():
-        drawn = figures.work_precision(study_of(campaigns[name]), ERROR)
+        study = study_of(campaigns[name])
+        clock = clock_of(compared(study)[0])
+        drawn = figures.work_precision(study, ERROR, clock.quantity)
         if drawn is None:
             continue
         figure, exclusive = drawn
-        caption = "Solver time without compiling, local search."
+        caption = f"Solver time without compiling, local search. {clock.note}"
         if not exclusive:
             caption += " The machine was shared."
-        page.draw(name, f"Work and precision: {title}", caption, figure)
+        page.draw(name, clock.title(f"Work and precision: {title}"), caption, figure)
     return page

@@ -79,10 +79,11 @@ def _end(campaigns: Campaigns, name: str, sign: float, layout: str, cells: int) 
         raise MissingRuns(f"breakdown: no run of {name} on {cells} cells")
     if isinstance(ended.value, float):
         return Cell("", ended.files)
-    return Cell(_time_reached(campaigns["breakdown"], ended.files[0]), ended.files)
+    return Cell(time_reached(campaigns["breakdown"], ended.files[0]), ended.files)
 
 
-def _time_reached(campaign: Campaign, file: str) -> float:
+def time_reached(campaign: Campaign, file: str) -> float:
+    """Instant [s] at which a run ended."""
     return float(campaign.runs.loc[[file], "time_reached"].to_numpy()[0])
 
 
@@ -95,7 +96,7 @@ def _cutoffs(page: Chapter, campaigns: Campaigns) -> None:
             found = along(campaigns, "cutoff", ERROR, "method__mass_cutoff", CUTOFFS, **match)
             for k, one in enumerate(found):
                 if not isinstance(one.value, float) and one.files:
-                    end = _time_reached(campaigns["cutoff"], one.files[0])
+                    end = time_reached(campaigns["cutoff"], one.files[0])
                     found[k] = Cell(f"ends at {end:.3f} s", one.files)
             rows.append([motion, f"{cells} cells, {what}", *found])
     columns = ["traction", "grid", *(f"cut-off {cutoff:g}" for cutoff in CUTOFFS)]

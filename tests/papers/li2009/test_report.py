@@ -1,9 +1,7 @@
 """The report: chapters and claims wait for missing runs, and ask for experiments that exist; verdicts follow rules."""
 
 import re
-from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -15,6 +13,7 @@ from mpmbench.papers.li2009.bar import BARS
 from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, judge
 from mpmbench.report.evidence import MissingRuns
 from mpmbench.settings.schema import experiments
+from tests.papers.told import answer
 
 PAPER = find("li2009")
 
@@ -42,19 +41,6 @@ def test_campaigns_are_experiments() -> None:
     assert {name for group in asked for name in group if name} <= names
 
 
-def answer(name: str, number: Callable[..., float]) -> str:
-    """Verdict on a claim by runs that all finish, with their numbers told by a function of quantity and match."""
-    runs = SimpleNamespace(
-        number=lambda campaign, quantity, **match: number(campaign, quantity, match),
-        order=lambda campaign, quantity, cells, **match: SimpleNamespace(
-            slope=number(campaign, quantity, match)
-        ),
-        status=lambda campaign, **match: "ok",
-    )
-    (claim,) = [claim for claim in PAPER.claims if claim.name == name]
-    return claim.answer(runs)[0]  # type: ignore[arg-type]
-
-
 @pytest.mark.parametrize(
     ("limit", "verdict"),
     [(0.0, HOLDS), (2.0, "holds in part: when gamma is 2.4 or more"), (10.0, FAILS)],
@@ -66,7 +52,7 @@ def test_verdict_on_the_tensile_instability(limit: float, verdict: str) -> None:
     def growth(campaign: str, quantity: str, match: dict[str, Any]) -> float:
         return 1e9 if match["basis__gamma"] < limit and match["problem__stretch"] >= 1.5 else 1.0
 
-    assert answer("tensile_instability", growth) == verdict
+    assert answer("li2009", "tensile_instability", growth) == verdict
 
 
 @pytest.mark.parametrize(
@@ -100,23 +86,4 @@ def test_verdict_on_the_bar(bad: str, verdict: str, quantity: str, value: float)
     def number(campaign: str, asked: str, match: dict[str, Any]) -> float:
         return value if asked == quantity and bad and match == BARS[bad] else good[asked]
 
-    assert answer("bar", number) == verdict
-
-
-@pytest.mark.parametrize(
-    ("strip", "cylinder", "verdict"),
-    [
-        (1.5, 1.9, HOLDS),
-        (1.5, 2.1, "holds in part: when gamma is 4"),
-        (9.0, 1.0, "holds in part: when gamma is 4"),
-    ],
-)
-def test_verdict_on_more_dimensions(strip: float, cylinder: float, verdict: str) -> None:
-    """Wide functions with these errors over those of the line, narrow ones as good as the line."""
-
-    def number(campaign: str, quantity: str, match: dict[str, Any]) -> float:
-        if match.get("basis__gamma") != 1.8:
-            return 1e-3
-        return {"fig4_7": strip, "fig4_9": cylinder}[campaign] * 1e-3
-
-    assert answer("dimensions", number) == verdict
+    assert answer("li2009", "bar", number) == verdict
