@@ -1,9 +1,13 @@
 """Every claim of the shipped papers is a sentence of its paper with a stated threshold."""
 
+from pathlib import Path
+
 import pytest
 
+import mpmbench
 from mpmbench.papers import Campaigns, find
 from mpmbench.report.claims import MOST_SET_UPS, UNDECIDED, judge
+from mpmbench.settings.schema import experiments
 
 PAPERS = ("wobbes2020", "li2009", "iaconeta2017")
 
@@ -32,3 +36,12 @@ def test_without_runs_nothing_is_decided(name):
     paper = find(name)
     for claim in paper.claims:
         assert judge(claim, Campaigns(), paper.set_ups).answer == UNDECIDED, claim.name
+
+
+@pytest.mark.parametrize("name", PAPERS[:2])
+def test_every_experiment_has_a_chapter(name):
+    """What a paper leaves open is not only run and judged but shown."""
+    rooms = (Path(mpmbench.__file__).parent / "papers" / name).glob("*.py")
+    text = "".join(file.read_text() for file in rooms if file.name != "claims.py")
+    own = [one.partition("/")[2] for one in experiments() if one.startswith(f"{name}/")]
+    assert [one for one in own if f'"{one}"' not in text] == []

@@ -191,6 +191,7 @@ def test_seed_reaches_every_random_problem() -> None:
     ]
     assert random == [
         "elastic_bar_tension", "isothermal_shock", "lme_shape_functions", "patch_test", "prestretched_bar",
+        "shape_functions",
     ]  # fmt: skip
     for seed in (0, 7):
         config = compose("patch_test", "fem", "linear", seed=seed, resolution=4)

@@ -15,6 +15,7 @@ GAMMAS = (NO_LOCALITY, 0.8, 1.8, 6.8)
 WANTED = ("position_initial", "shape_function", "shown_nodes", "nodes")
 DATA = ("position_initial", "approximation", "data", "nodes", "nodal_data")
 PROPERTIES = ("largest_value", "error_partition_of_unity", "error_completeness")
+SHOWN, TICKS = (-0.05, 1.05), (0.0, 0.5, 1.0)  # [m]
 LEVELS = np.linspace(0.0, 1.0, 21)
 BOTH_SIGNS = np.linspace(-1.0, 1.0, 22)
 
@@ -52,14 +53,15 @@ def maxent_chapter(campaigns: Campaigns) -> Chapter:
     )
     page.draw("functions", "Max-ent functions without locality", caption, figure)
     columns = ["function of", "value nearest to its node", "largest on opposite edges"]
-    columns += ["largest |sum phi - 1|", "largest |sum x_i phi_i - x| [m]"]
+    columns += ["sum of all, off 1 by", "sum with places, off x by [m]"]
     page.tabulate("values", "At the node and on the boundary", columns, rows, numeric=range(1, 5))
     return page
 
 
 def _filled(axis: Axes, X: np.ndarray, values: np.ndarray, levels: np.ndarray, colours: str) -> Any:
     """Filled contours of values at points of the plane."""
-    axis.set(aspect="equal", xlim=(0.0, 1.0), ylim=(0.0, 1.0))
+    ticks = {"xticks": TICKS, "yticks": TICKS}
+    axis.set(aspect="equal", xlim=SHOWN, ylim=SHOWN, **ticks)
     axis.grid(False)
     return axis.tricontourf(*X.T, values, levels=levels, cmap=colours)
 
@@ -87,7 +89,7 @@ def data_chapter(campaigns: Campaigns) -> Chapter:
         "The max-ent approximation is far from interpolating in the interior and results in a very "
         "poor fit to the data; control over the degree of locality is required.",
     )
-    figure, axes = panels(1, len(GAMMAS) + 1, 1.95, sharex=True, sharey=True)
+    figure, axes = panels(1, len(GAMMAS) + 1, 1.7, sharex=True, sharey=True)
     rows = []
     for axis, gamma in zip(axes[0, 1:], GAMMAS, strict=True):
         _, found = variables(campaigns, "fig2_2", *DATA, basis__gamma=gamma)
@@ -115,9 +117,9 @@ def data_chapter(campaigns: Campaigns) -> Chapter:
         "functions make of them. The thesis gives neither nodes nor data."
     )
     page.draw("data", "Approximation from scattered data", caption, figure)
-    columns = ["functions", "RMS distance from the data's function", "largest |u|"]
-    columns += ["largest value of an inner function", "largest |sum phi - 1|"]
-    columns += ["largest |sum x_i phi_i - x| [m]"]
+    columns = ["functions", "RMS distance from the data's function", "largest value of u"]
+    columns += ["largest value of an inner function", "sum of all, off 1 by"]
+    columns += ["sum with places, off x by [m]"]
     page.tabulate("fit", "How well the data are met", columns, rows, numeric=range(1, 6))
     return page
 

@@ -43,8 +43,8 @@ def functions_chapter(campaigns: Campaigns) -> Chapter:
         file, found = variables(campaigns, "functions", *WANTED, **match)
         steepest = of_file(file, np.abs(found["shape_function_gradient"]).max())
         rows.append([name, *quantities(campaigns, "functions", PROPERTIES, **match), *steepest])
-    columns = ["functions", "smallest value", "largest value", "largest |sum phi - 1|"]
-    columns += ["largest |sum x_i phi_i - x| [m]", "largest derivative [1/m]"]
+    columns = ["functions", "smallest value", "largest value", "sum of all, off 1 by"]
+    columns += ["sum with places, off x by [m]", "largest derivative [1/m]"]
     title = "What the functions satisfy, at 400 points of 8 cells"
     page.tabulate("properties", title, columns, rows, numeric=range(1, 6))
     page.notes.append(
