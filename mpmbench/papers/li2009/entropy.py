@@ -63,7 +63,7 @@ def _filled(axis: Axes, X: np.ndarray, values: np.ndarray, levels: np.ndarray, c
     ticks = {"xticks": TICKS, "yticks": TICKS}
     axis.set(aspect="equal", xlim=SHOWN, ylim=SHOWN, **ticks)
     axis.grid(False)
-    return axis.tricontourf(*X.T, values, levels=levels, cmap=colours)
+    return axis.tricontourf(X[:, 0], X[:, 1], values, levels=levels, cmap=colours)
 
 
 def _nearest(X: np.ndarray, values: np.ndarray, place: np.ndarray) -> float:

@@ -13,7 +13,7 @@ from mpmbench.report.tables import Cell, number_text
 MASSES = ("lumped", "consistent")
 UPDATES = {"usl": "last (USL)", "musl": "modified last (MUSL)", "usf": "first (USF)"}
 CELLS = (79, 80)  # both count as 81 nodes
-FAR = 10.0  # work of the load over that of the run where it is least: a node has run away
+FAR = 10.0  # work of the load over that of the run where it is least: the loaded end has run away
 Place = tuple[int, float]
 
 
@@ -74,8 +74,8 @@ def _runaways(works: list[Cell]) -> list[str]:
     if not far:
         return []
     return [
-        f"{len(far)} of the {len(works)} runs that survive do so with a node that has run away: the "
-        f"load, which acts on nodes, does up to {number_text(max(far))} J of work there and "
-        f"{number_text(least)} J elsewhere, while the particles stay where they belong, since the "
-        "node has next to no weight at any of them."
+        f"{len(far)} of the {len(works)} runs that survive do so without the end of the bar: the load, "
+        f"which acts on that massless point, does up to {number_text(max(far))} J of work there and "
+        f"{number_text(least)} J elsewhere, since a node with next to no mass carries the point away; "
+        "the particles, which hardly see that node, stay where they belong."
     ]
