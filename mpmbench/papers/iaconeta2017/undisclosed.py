@@ -75,7 +75,7 @@ def mls_soil_chapter(campaigns: Campaigns) -> Chapter:
     page.draw("run-out", "Run-out over weight and polynomials", caption, figure)
     columns = ["weight", "polynomials", "run-out at 2 s [m]", "particles ahead of the body"]
     columns += ["stiffened steps", "halved steps"]
-    rows = [[*choice, *found] for choice, found in cells.items()]
+    rows = [[*choice, *found] for choice, found in cells.items() if found[0].value != ""]
     title = "GMM-MLS, h = 0.1 m, with each weight and polynomials"
     page.tabulate("choices", title, columns, rows, numeric=(2, 3, 4, 5))
     page.notes.append(weighed("The run-out of GMM-MLS", first, others))
@@ -125,7 +125,7 @@ def mls_disk_chapter(campaigns: Campaigns) -> Chapter:
     caption = "Radius 0.5 m, h = 0.05 m, 2 ms, R = 1.5 sqrt(2) h, and R_eff = 2/3 R as published or R / 2."
     page.draw("errors", "RMS error over weight and polynomials", caption, figure)
     columns = ["weight", "polynomials", "RMS error [m]", "error at the end", "bounce [m]"]
-    rows = [[*choice, *found] for choice, found in cells.items()]
+    rows = [[*choice, *found] for choice, found in cells.items() if found[0].value != ""]
     title = "GMM-MLS, 2 ms, with each weight and polynomials"
     page.tabulate("choices", title, columns, rows, numeric=(2, 3, 4))
     page.notes.append(weighed("The RMS error of GMM-MLS", first, others))
@@ -189,7 +189,7 @@ def weighed(what: str, found: dict[tuple[str, str], Cell], others: dict[str, Cel
     ended = [
         " with ".join(key) for key, one in found.items() if isinstance(one.value, str) and one.value
     ]
-    early = f" ({', '.join(ended)} did not finish)" if ended else ""
+    early = f" ({' and '.join(ended)} did not finish)" if ended else ""
     by_choice, by_method = (values.max() / values.min() for values in (choices, methods))
     which = "more" if by_choice > by_method else "less"
     return (

@@ -21,7 +21,7 @@ def test_bounces_are_counted_from_each_landing():
     """A fall of 0.05 m, bounces of 0.02 and 0.03 m, and a ripple."""
     time = np.linspace(0.0, 1.0, 401)
     rise = np.interp(time, (0.0, 0.2, 0.4, 0.6, 0.8, 1.0), (0, -0.05, -0.03, -0.06, -0.03, -0.05))
-    rise += 2e-4 * np.sin(200.0 * time)
+    rise += 4e-4 * np.sin(1000.0 * time)
     assert bounces.bounces(rise) == pytest.approx([0.02, 0.03], abs=1e-3)
     assert bounces.bounces(-0.1 * time) == []
 
@@ -112,7 +112,7 @@ def test_a_particle_that_has_left_the_body_is_counted_beside_it():
     assert undisclosed.front(x[x < 5.0], 0.16) == pytest.approx((0.85, 0))
 
 
-def test_each_weight_and_polynomials_has_its_run_and_what_is_missing_stays_empty(
+def test_each_weight_and_polynomials_has_its_run_and_what_is_missing_has_no_row(
     tmp_path, write_run
 ):
     for name, run_out in (("MPM", 0.48), ("GMM-MLS", 0.43), ("GMM-LME", 0.52)):
@@ -127,9 +127,7 @@ def test_each_weight_and_polynomials_has_its_run_and_what_is_missing_stays_empty
             settings={"basis": chosen}, snapshot=False,
         )  # fmt: skip
     page = undisclosed.mls_soil_chapter(read_campaigns(tmp_path))
-    shown = {(row[0].text, row[1].text): row[2].text for row in page.tables[0].rows}
-    assert len(shown) == 9
-    assert {choice: text for choice, text in shown.items() if text} == {
+    assert {(row[0].text, row[1].text): row[2].text for row in page.tables[0].rows} == {
         ("cubic spline", "1, x, y"): "0.43",
         ("Gaussian", "1, x, y"): "0.6",
         ("Gaussian", "1, x, y, xy"): "0.9",
