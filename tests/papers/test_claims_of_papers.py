@@ -38,7 +38,7 @@ def test_without_runs_nothing_is_decided(name):
         assert judge(claim, Campaigns(), paper.set_ups).answer == UNDECIDED, claim.name
 
 
-@pytest.mark.parametrize("name", PAPERS[:2])
+@pytest.mark.parametrize("name", PAPERS)
 def test_every_experiment_has_a_chapter(name):
     """What a paper leaves open is not only run and judged but shown."""
     rooms = (Path(mpmbench.__file__).parent / "papers" / name).glob("*.py")
