@@ -1,5 +1,7 @@
 """Benchmark 8.3: the manufactured solution, reference values, orders, failures that must be seen, and threads."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from tests.core.support import ConvergenceStudy, compose, run, solve
 MATERIAL = registry.get("material", "neo_hookean")(
     young_modulus=1e7, poisson_ratio=0.3, density=1000.0
 )
+OTHER = registry.get("material", "small_strain_elastic")(young_modulus=1e7, density=1000.0)
 FINE_STEP = {"time_step": 2.5e-5}
 
 
@@ -135,3 +138,11 @@ def test_automatic_step_is_stable_and_not_timid() -> None:
     )
     too_large = solve(compose("plate_axis_aligned", "unified", "bspline", cfl=1.2, **changes))
     assert too_large.attrs["status"] in ("diverged", "broke_down")
+
+
+@pytest.mark.parametrize(("body_force", "material"), [(False, MATERIAL), (True, OTHER)])
+def test_nothing_is_exact_without_the_manufactured_force_and_its_material(
+    body_force: bool, material: Any
+) -> None:
+    problem = registry.get("problem", "plate_axis_aligned")(body_force=body_force)
+    assert problem.exact(np.full((1, 2), 0.3), 1e-3, material) == {}

@@ -107,6 +107,16 @@ def test_one_and_three_dimensions(basis: str, dimension: int) -> None:
         assert_exact(*found, **settings)
 
 
+def test_weight_pulls_back() -> None:
+    """So that a fall of the shipped problem stays on its grid."""
+    problem = registry.get("problem", "rigid_motion")
+    falls, flies = (
+        problem(motion=motion).exact(np.zeros((1, 2)), 1.0, None)
+        for motion in ("fall", "translation")
+    )
+    assert (falls["velocity"] < flies["velocity"]).all()
+
+
 def test_particles_are_counted_against_nodes_that_are_not_light() -> None:
     """Wide functions reach 9 nodes from 8 particles; those on the outside follow, and the rest is regular."""
     choices = Explicit(mass="consistent", mass_cutoff=STABLE)

@@ -17,6 +17,10 @@ def drawn(folder):
     needed = figure.get_tightbbox()
     assert needed.x0 >= 0.0 and needed.x1 <= figure.get_figwidth(), "something is cut off"
     axes = figure.axes[0]
+    for patch in axes.patches:  # neither is a cell
+        (left, below), (right, above) = axes.viewLim.min, axes.viewLim.max
+        x, y = patch.get_xy()
+        assert left < x and x + 0.9 < right and min(below, above) < y < max(below, above) - 0.9
     rows = [label.get_text() for label in axes.get_yticklabels()]
     columns = [label.get_text() for label in axes.get_xticklabels()]
     cells = {}
