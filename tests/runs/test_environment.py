@@ -1,5 +1,7 @@
 """Where compiled kernels are kept."""
 
+import os
+
 import pytest
 
 from mpmbench.runs.process import environment
@@ -38,3 +40,14 @@ def test_a_disk_without_links_begins_an_empty_cache(plain, monkeypatch):
     monkeypatch.setenv("MPMBENCH_PLUGINS", str(PLUGINS))
     folder = environment.cache_folder()
     assert list(folder.iterdir()) == [] and len(list(plain.parent.iterdir())) == 2
+
+
+def test_processes_that_compute_share_one_cache_and_leave_threads_to_the_solver(plain):
+    prepared = {"PYTHONPATH": "elsewhere"}
+    environment.prepare(prepared)
+    assert prepared["NUMBA_CACHE_DIR"] == str(plain)
+    assert {prepared[f"{name}_NUM_THREADS"] for name in ("OPENBLAS", "OMP", "MKL")} == {"1"}
+    assert prepared["PYTHONPATH"].split(os.pathsep) == [
+        str(environment.PACKAGE.parent),
+        "elsewhere",
+    ]
