@@ -7,6 +7,7 @@ import pytest
 
 from mpmbench.analysis.convergence import estimate_order
 from mpmbench.analysis.estimate import asymptotic_text, slopes_text
+from mpmbench.analysis.slopes import course_of
 
 CELLS = 2.0 ** np.arange(3, 10)  # 8 to 512
 NEAR = 0.1  # how far two slopes may differ and still be called the same
@@ -150,3 +151,11 @@ def test_a_curve_that_converges_is_given_its_slope(drift):
         found = estimate_order(h, e)
         assert found.converges, (order, found.local)
         assert re.match(r"[\d.]+ \(", slopes_text(found))
+
+
+@pytest.mark.parametrize(
+    ("local", "course"),
+    [((2.0, 0.05, 2.0, 2.0), "converges"), ((2.0, -0.2, 2.0, 2.0), "uneven")],
+)
+def test_a_level_that_helps_little_is_no_step_back(local: tuple[float, ...], course: str) -> None:
+    assert course_of(1.0 / CELLS[:5], curve(local)) == (course, 1)
