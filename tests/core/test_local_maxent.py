@@ -209,6 +209,16 @@ def test_consistent_gradients_balance_the_boundary() -> None:
     assert np.abs(sums[right & (np.abs(basis.nodes[:, 1] - 0.5) < 0.4), 1]).max() < 1e-5
 
 
+def test_consistent_gradients_take_the_volume_of_the_particles_for_that_of_the_body() -> None:
+    """Linear completeness needs both to be the same: a boundary that is cut short is scaled up."""
+    _, basis, p = patch("consistent", 2)
+    p.V *= 1.2
+    basis.locate(p.x)
+    sums = np.einsum("p,pid->id", p.V, basis.handle.gradient_matrix(len(basis.nodes)))
+    right = basis.nodes[:, 0] > 1.0 - 1e-9
+    assert sums[right, 0].sum() == pytest.approx(1.2, abs=1e-4)
+
+
 def test_consistent_gradients_need_moving_nodes() -> None:
     with pytest.raises(NotApplicable, match="nodes that move"):
         read(compose("bar_fixed_ends", "mpm", "lme", basis__gradient="consistent"))

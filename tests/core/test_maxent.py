@@ -300,6 +300,8 @@ def test_buckets_list_all_supports(dim: int) -> None:
         assert np.all(np.diff(listed) > 0)
         assert set(np.flatnonzero(inside[p])) <= set(listed)
     assert buckets.first[-1] < 0.5 * 60 * (len(buckets.first) - 1) or dim == 3
+    one_cell = make_buckets(nodes, support, False)
+    assert list(one_cell.entry[one_cell.first[0] : one_cell.first[1]]) == list(range(60))
 
 
 def test_nearest_distances() -> None:

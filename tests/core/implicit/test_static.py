@@ -269,3 +269,11 @@ def test_settings_are_checked() -> None:
                     **changes,
                 )
             )
+
+
+def test_what_is_held_makes_no_step_when_accelerations_are_found() -> None:
+    held = SimpleNamespace(u=np.arange(6.0).reshape(3, 2), point=[0, 2], component=[1, 0])
+    still = SimpleNamespace(prescribed=np.ones((3, 2)), w=SimpleNamespace(held=held))
+    Equations.hold_still(still)  # type: ignore[arg-type]
+    assert not still.prescribed.any()
+    assert list(still.wanted) == [1.0, 4.0]
