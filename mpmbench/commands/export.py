@@ -18,7 +18,7 @@ from mpmbench.results.netcdf import read_attributes, read_scalars
 from mpmbench.results.one_move import in_one_move
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.execute import check_folder
-from mpmbench.say import say
+from mpmbench.say import one_line, say
 from mpmbench.settings.schema import BadInput, did_you_mean
 
 FORMATS = ("--vtk", "--csv")
@@ -132,7 +132,7 @@ def data_array(name: str, values: np.ndarray) -> str:
     text = base64.b64encode(len(data).to_bytes(8, "little") + data).decode()
     components = int(np.prod(values.shape[1:]))
     return (
-        f'<DataArray type="{kind}" Name={quoteattr(name)} NumberOfComponents="{components}" format="binary">'
+        f'<DataArray type="{kind}" Name={quoteattr(one_line(name))} NumberOfComponents="{components}" format="binary">'
         f"{text}</DataArray>"
     )
 

@@ -7,6 +7,7 @@ here; text that is only shown is escaped by the page's templates.
 import hashlib
 import re
 
+LONGEST = 300  # characters of a label
 SAFE = re.compile(r"[A-Za-z0-9_-]{1,80}")
 
 
@@ -27,6 +28,7 @@ def anchor(file: str) -> str:
 
 
 def drawn(text: str) -> str:
-    """`text` for a figure: no formula begins at a dollar sign, and nothing in it is invisible."""
+    """`text` for a figure: no formula begins at a dollar sign, nothing is invisible or endless."""
+    text = text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
     visible = "".join(sign if sign.isprintable() or sign == "\n" else "\ufffd" for sign in text)
     return visible.replace("$", r"\$")

@@ -40,6 +40,20 @@ def test_nothing_is_imported_from_the_current_folder(tmp_path, arguments):
     assert "resolution:" in done.stdout or "not a readable result" in done.stderr, done.stderr
 
 
+@pytest.mark.slow
+def test_workers_of_a_launcher_import_nothing_from_the_current_folder(tmp_path):
+    mark = lay_traps(tmp_path)
+    for name in ("joblib", "cloudpickle", "numba", "matplotlib", "argparse"):
+        (tmp_path / f"{name}.py").write_text(f"open('mark', 'a').write('{name} ')\n")
+    command = [sys.executable, "-m", "mpmbench", "-m", "hydra/launcher=joblib", "resolution=2,3"]
+    places = {"PYTHONPATH": str(ROOT), "PYTHONSAFEPATH": "", "MPMBENCH_PLUGINS": ""}
+    done = subprocess.run(
+        [*command, "end_time=1e-5"], cwd=tmp_path, env=os.environ | places, capture_output=True
+    )
+    assert not mark.exists(), mark.read_text()
+    assert done.returncode == 0 and len(list(tmp_path.glob("results/default/*.nc"))) == 2
+
+
 def test_the_package_may_lie_in_the_current_folder(tmp_path):
     (tmp_path / "mpmbench").symlink_to(ROOT / "mpmbench")
     (tmp_path / "conf").symlink_to(ROOT / "conf")
