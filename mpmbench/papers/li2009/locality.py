@@ -8,7 +8,7 @@ from mpmbench.papers.li2009.support import CONSISTENT, DENSITY, LUMPED, VELOCITY
 from mpmbench.papers.parts import along, finished, quantities, ticks
 from mpmbench.report import style
 from mpmbench.report.evidence import Runs
-from mpmbench.report.figures import name_axes, panels
+from mpmbench.report.figures import log_ticks, name_axes, panels
 from mpmbench.report.tables import Cell
 
 GAMMAS = (0.8, 1.8, 4.0)
@@ -61,6 +61,7 @@ def _shock(page: Chapter, campaigns: Campaigns) -> None:
                 for gamma, error in zip(GAMMAS, errors, strict=True)
             ]
         ticks(axis, GAMMAS)
+        log_ticks(axis.yaxis, span=100.0)
         axis.set_ylabel(f"error of the {norm}")
     axes[0, 0].legend()
     name_axes(figure, r"$\gamma$")
