@@ -295,9 +295,7 @@ def best_combination(judged: Sequence[_Judged], set_ups: Sequence[SetUp]) -> Set
     best = None
     for size in range(2, len(set_ups)):
         for parts in combinations(set_ups[1:], size):
-            keys = [key for part in parts for key in part.choices]
-            if len(set(keys)) < len(keys):
-                continue  # two values of one choice
+            # of two values of one choice the last counts: no more than a shorter combination has
             choices = {key: value for part in parts for key, value in part.choices.items()}
             count = _count(judged, choices)
             if count > most:

@@ -224,8 +224,11 @@ def test_a_combination_that_satisfies_no_more_is_left_out():
     table = set_ups_table("set-ups", claims, {}, (STATED, MASS, SIZE))
     assert table.columns == ["claim", "as stated", "lumped", "wide"]
     assert [cell.text for cell in table.rows[-1][1:]] == ["1", "2", "0"]
-    claims.append(told("c", "load", "end"))
-    table = set_ups_table("set-ups", claims, {}, (STATED, MASS, SIZE))
+    claims += [told("c", "load", "end"), told("d", "size", "wide")]
+    table = set_ups_table(
+        "set-ups", claims, {}, (STATED, MASS, SIZE)
+    )  # both: a and d, lumped: a and b
+    assert table.columns == ["claim", "as stated", "lumped", "wide"]
     assert "No combination of these set-ups satisfies more." in table.note
 
 
