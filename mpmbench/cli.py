@@ -3,17 +3,18 @@
 Exit codes: 0 all runs are fine, 1 some run failed, 2 bad input.
 """
 
-import errno
 import importlib
-import os
 import sys
 import textwrap
 import time
 from collections.abc import Iterable
+from pathlib import Path
 
 from mpmbench import PLACES, __version__
 from mpmbench.core.moved import advice
 from mpmbench.core.registry import plugin_files
+from mpmbench.runs.interrupts import terminated_like_interrupted
+from mpmbench.runs.streams import forgiving
 from mpmbench.say import say
 from mpmbench.settings.arguments import split
 from mpmbench.settings.files import shipped_folder
@@ -58,14 +59,6 @@ KEYS_BELOW = """\
 Keys below a choice, such as basis.d_max: `list maxent` or `--help basis=maxent` shows them with
 their defaults, units and ranges."""
 SHOW_ONLY = {"--cfg", "-c", "--info", "-i", "-sc", "--shell-completion", "--hydra-help"}
-FULL_OR_FORBIDDEN = {
-    errno.ENOSPC,
-    errno.EDQUOT,
-    errno.EFBIG,
-    errno.EACCES,
-    errno.EPERM,
-    errno.EROFS,
-}
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -75,25 +68,31 @@ def main(arguments: list[str] | None = None) -> int:
     if sys.platform == "win32":
         say("mpmbench runs on Linux and macOS; on Windows, use it inside WSL.", error=True)
         return 2
+    with forgiving(), terminated_like_interrupted():
+        try:
+            return answered(arguments, started)
+        except BadInput as error:
+            say(f"mpmbench: {error}", error=True)
+            return error.exit_code
+        except KeyboardInterrupt:
+            what = "interrupted; the same command completes what is missing"
+            say(f"mpmbench: {what}", error=True)
+            return 1
+        except OSError as error:  # a full disk, a folder that is not ours, ...
+            place = error.filename2 or error.filename or "a temporary file"  # that of a copy first
+            why = f"{place}: {error.strerror.lower()}" if error.strerror else str(error)
+            say(f"mpmbench: {why}", error=True)
+            return 1
+
+
+def answered(arguments: list[str], started: float) -> int:
+    """The exit code of a command line, from a folder that is there."""
     try:
-        warn_of_old_places()
-        return dispatch(arguments, started)
-    except BadInput as error:
-        say(f"mpmbench: {error}", error=True)
-        return error.exit_code
-    except KeyboardInterrupt:
-        say("mpmbench: interrupted; the same command completes what is missing", error=True)
-        return 1
-    except BrokenPipeError:  # for example `| head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
-    except OSError as error:
-        if error.errno not in FULL_OR_FORBIDDEN:
-            raise
-        # The second is that of a copy.
-        place = error.filename2 or error.filename or "a temporary file"
-        say(f"mpmbench: {place}: {str(error.strerror).lower()}", error=True)
-        return 1
+        Path.cwd()
+    except FileNotFoundError:
+        raise BadInput("the current folder has been removed; change to another one") from None
+    warn_of_old_places()
+    return dispatch(arguments, started)
 
 
 def warn_of_old_places() -> None:

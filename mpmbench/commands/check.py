@@ -89,8 +89,7 @@ def scorecard(
         for label, checks in outline:
             if check in checks:
                 found = ask("judge", kind, name, settings, label, check, deadline=deadline)
-                failed = isinstance(found, str)
-                cells[label] = (False, found) if failed else (found.passed, found.text)
+                cells[label] = (False, found) if isinstance(found, str) else tuple(found)
         yield check, cells
 
 
@@ -128,7 +127,7 @@ def runs(config: dict[str, Any], reason: str, deadline: float) -> tuple[bool, st
     from mpmbench.runs.sweep import execute
 
     try:
-        reason = reason or execute.check([(config, "")])[0]["not_applicable"]
+        reason = reason or execute.reasons_against([(config, "")])[0]
     except BadInput as error:
         return False, str(error)
     if reason:

@@ -9,9 +9,10 @@ from typing import Any
 
 from mpmbench.core.registry import PACKAGES, places, plugin_files, plugins_of
 from mpmbench.results.bookkeeping import NOT_PART_OF_A_RUN, without_later
-from mpmbench.settings.files import PACKAGE
+from mpmbench.settings.files import PACKAGE, here
 
 SOLVER = ("core", "problems", "analysis", "case")
+LONGEST_NAME = 180  # bytes for the words in the name of a file, which may have 255 in all
 
 
 def config_json(config: dict[str, Any]) -> str:
@@ -29,8 +30,9 @@ def config_hash(config: dict[str, Any]) -> str:
 def result_path(config: dict[str, Any]) -> Path:
     """Absolute path of the file that the run with this configuration leaves."""
     method, basis, problem = (config[group]["name"] for group in ("method", "basis", "problem"))
-    name = f"{method}-{basis}-{problem}-n{config['resolution']}-{config_hash(config)[:8]}.nc"
-    return Path(config["output_dir"], config["campaign"], name).absolute()
+    words = f"{method}-{basis}-{problem}".encode()[:LONGEST_NAME].decode(errors="ignore")
+    name = f"{words}-n{config['resolution']}-{config_hash(config)[:8]}.nc"
+    return here() / config["output_dir"] / config["campaign"] / name
 
 
 def solver_files(with_plugins: bool = True) -> list[Path]:

@@ -20,6 +20,8 @@ FLAGS = {
     "--cfg": 1, "-c": 1, "--package": 1, "-p": 1, "--info": 1, "-i": 1, "--config-dir": 1, "-cd": 1,
 }  # fmt: skip
 MOST_NAMED = 20  # in one sentence
+TEXTS = ("campaign", "output_dir")  # keys whose values are texts, whatever they look like
+NO_TEXT = re.compile(r"true|false|nan|[-+]?inf|[-+]?\.?\d[\d._]*(e[-+]?\d*)?", re.IGNORECASE)
 
 
 def split(arguments: list[str], verbs: list[str]) -> tuple[list[str], list[str]]:
@@ -48,13 +50,22 @@ def split(arguments: list[str], verbs: list[str]) -> tuple[list[str], list[str]]
     if "-sc" not in flags and "--shell-completion" not in flags:
         for pair in pairs:
             check_pair(pair, verbs)
-    return flags, pairs
+    return flags, [as_text(pair) for pair in pairs]
+
+
+def as_text(pair: str) -> str:
+    """A ``key=value`` with quotes where the value would be taken for something else than a text."""
+    key, _, value = pair.partition("=")
+    if key not in TEXTS:
+        return pair
+    words = [f"'{word}'" if NO_TEXT.fullmatch(word) else word for word in value.split(",")]
+    return f"{key}={','.join(words)}"
 
 
 def value_of(key: str, pairs: Iterable[str], default: str = "") -> str:
     """What the last of some ``key=value`` gives for a key."""
     given = dict(pair.partition("=")[::2] for pair in pairs)
-    return given.get(key, default)
+    return given.get(key, default).strip("'\"")
 
 
 def check_pair(pair: str, verbs: list[str]) -> None:

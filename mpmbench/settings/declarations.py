@@ -48,7 +48,7 @@ def registered(kind: str) -> dict[str, Path]:
 @cache
 def text_of(file: Path) -> str:
     """Text of a source file; it is read once."""
-    return file.read_text(encoding="utf-8", errors="replace")
+    return file.read_text(encoding="utf-8-sig", errors="replace")
 
 
 @cache

@@ -2,6 +2,7 @@
 
 import os
 import re
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,8 @@ from mpmbench.say import one_line
 
 TARGET = "_target_"
 
+_current = [Path("/")]
+
 
 class BadInput(Exception):
     """What the user gave cannot be run; the message is one sentence, the exit code 2 by default."""
@@ -23,7 +26,15 @@ class BadInput(Exception):
 
 
 class _Loader(yaml.CSafeLoader):
-    """YAML that reads 1e-5 as a number, as Hydra does."""
+    """YAML as Hydra reads it: 1e-5 is a number, a date is a text, and no key comes twice."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        keys = [key.value for key, _ in node.value]
+        for (key, _), number in zip(node.value, map(keys.count, keys), strict=True):
+            if number > 1 and key.value != "<<":
+                problem = f"the key {key.value} is there twice"
+                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+        return super().construct_mapping(node, deep)  # type: ignore[no-any-return]
 
 
 _Loader.add_implicit_resolver(
@@ -33,6 +44,10 @@ _Loader.add_implicit_resolver(
     ),
     list("-+0123456789."),
 )
+_Loader.yaml_implicit_resolvers = {
+    start: [(tag, pattern) for tag, pattern in known if not tag.endswith(":timestamp")]
+    for start, known in _Loader.yaml_implicit_resolvers.items()
+}
 
 
 @cache
@@ -40,14 +55,16 @@ def read_yaml(path: Path) -> dict[str, Any]:
     """Content of a YAML file; raises `BadInput` with the line when it is none."""
     try:
         # CSafeLoader's own rules come first, so that whole numbers stay whole.
-        content = yaml.load(path.read_text(encoding="utf-8"), _Loader)
+        content = yaml.load(path.read_text(encoding="utf-8-sig"), _Loader)
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         mark = getattr(error, "problem_mark", None)
         place = f"{path}, line {mark.line + 1}" if mark else str(path)
         why = getattr(error, "problem", None) or error
         raise BadInput(f"{place}: not valid YAML: {why}") from None
+    if content is not None and not isinstance(content, dict):
+        raise BadInput(f"{path}: keys with values are needed, as in `resolution: 8`")
     refuse_targets(content, str(path))
-    return content if isinstance(content, dict) else {}
+    return content or {}
 
 
 def refuse_targets(content: Any, place: str) -> None:
@@ -82,6 +99,13 @@ def shipped_folder(name: str) -> Path:
     """`conf` or `experiments`: inside the package in a wheel, beside it in a checkout."""
     inside = PACKAGE / name
     return inside if inside.is_dir() else PACKAGE.parent / name
+
+
+def here() -> Path:
+    """The current folder, or the last one that there was: it may be removed while something runs."""
+    with suppress(FileNotFoundError):
+        _current[0] = Path.cwd()
+    return _current[0]
 
 
 def joined(*paths: str) -> str:

@@ -126,9 +126,9 @@ def instants(value: Any) -> list[float]:
 
 def folder_name(value: Any) -> str:
     """A path below another folder."""
-    if not isinstance(value, (str, int, float)) or not re.fullmatch(
-        r"[\w.+-]+(/[\w.+-]+)*", str(value)
-    ):
+    if isinstance(value, (bool, float)):
+        raise ValueError("a name is needed, in quotes if it could be something else")
+    if not isinstance(value, (str, int)) or not re.fullmatch(r"[\w.+-]+(/[\w.+-]+)*", str(value)):
         raise ValueError(
             "a name of letters, digits, '_', '-' and '.' is needed, with '/' between folders"
         )
@@ -139,8 +139,10 @@ def folder_name(value: Any) -> str:
 
 def text(value: Any) -> str:
     """Any text that is not empty."""
-    if not isinstance(value, (str, int, float)) or str(value) == "":
-        raise ValueError("a value is needed")
+    if not isinstance(value, (str, int)) or isinstance(value, bool) or str(value) == "":
+        raise ValueError("a text is needed, in quotes if it could be something else")
+    if "\0" in str(value):
+        raise ValueError("a text without null characters is needed")
     return str(value)
 
 

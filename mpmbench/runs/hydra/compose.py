@@ -1,16 +1,19 @@
 """Configurations of runs and of the cells of sweeps, composed by Hydra."""
 
 import itertools
+import math
 import os
 import re
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 import hydra
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override
 from hydra.core.plugins import Plugins
 from hydra.errors import HydraException, OverrideParseException
 from hydra.plugins.search_path_plugin import SearchPathPlugin
@@ -22,6 +25,8 @@ from mpmbench.settings.arguments import value_of
 from mpmbench.settings.files import read_yaml, shipped_folder
 from mpmbench.settings.schema import GROUPS, BadInput, declared, experiments, options
 
+DIGITS = 12  # of the values of a range
+MOST_CELLS = 10**6  # of one sweep
 # Launchers of which each needs an extra of this package.
 EXTRAS = {"joblib": "joblib", "submitit_local": "slurm", "submitit_slurm": "slurm"}
 
@@ -72,7 +77,7 @@ def expand(composer: Composer, pairs: Sequence[str]) -> list[list[str]]:
         if not override.is_sweep_override():
             values[key] = [f"{key}={override.get_value_element_as_str()}"]
         elif override.is_discrete_sweep():
-            values[key] = [f"{key}={value}" for value in override.sweep_string_iterator()]
+            values[key] = [f"{key}={value}" for value in values_of(override)]
         else:
             raise BadInput(f"{override.input_line}: a list of values is needed, as in {key}=1,2")
     given = {pair.partition("=")[0] for pair in typed}
@@ -81,8 +86,38 @@ def expand(composer: Composer, pairs: Sequence[str]) -> list[list[str]]:
         words = [word for word in str(case).split() if word.partition("=")[0] not in given]
         keys = {word.partition("=")[0] for word in words}
         kept = [texts for key, texts in values.items() if key not in keys]
+        refuse_too_many(math.prod(map(len, kept)))
         cells.append([[*cell, *words] for cell in itertools.product(*kept)])
     return list(itertools.chain(*cells))
+
+
+def values_of(override: Override) -> list[str]:
+    """Values of one axis, those of a range rounded to `DIGITS` so that they are what one would type.
+
+    Raises `BadInput` when there are none, or too many.
+    """
+    if override.is_range_sweep():
+        numbers = itertools.islice(override.sweep_iterator(), MOST_CELLS + 1)
+        found = [str(rounded(number)) for number in numbers]
+        if found and found[-1] == str(rounded(override.value().stop)):  # it was not quite reached
+            found.pop()
+    else:
+        found = list(override.sweep_string_iterator())
+    if not found:
+        raise BadInput(f"{override.input_line}: there is no value in this")
+    refuse_too_many(len(found))
+    return found
+
+
+def rounded(number: Any) -> Any:
+    """A number without the last digits of a float; whole numbers stay as they are."""
+    return float(f"{number:.{DIGITS}g}") if isinstance(number, float) else number
+
+
+def refuse_too_many(cells: int) -> None:
+    """Raise `BadInput` for a sweep that nobody means."""
+    if cells > MOST_CELLS:
+        raise BadInput(f"-m: more than {MOST_CELLS} runs in one sweep; make several of it")
 
 
 def words_of_hydra(pairs: Sequence[str]) -> list[str]:
@@ -95,6 +130,8 @@ def words_of_hydra(pairs: Sequence[str]) -> list[str]:
 @contextmanager
 def composing(pairs: Sequence[str]) -> Iterator[Composer]:
     """Something that composes; what Hydra says of the overrides becomes a sentence of `BadInput`."""
+    if not __debug__:  # Hydra's parser has assertions that it needs
+        raise BadInput("PYTHONOPTIMIZE, or python -O: settings cannot be read with it; unset it")
     os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises instead of printing
     GlobalHydra.instance().clear()
     Plugins.instance().register(OptionsSource)

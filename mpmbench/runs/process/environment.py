@@ -75,10 +75,15 @@ def link(source: str, target: str) -> None:
 
 
 def prepare(environment: MutableMapping[str, str]) -> None:
-    """Set what must be known before numba and the linear algebra libraries are imported."""
+    """Set what must be known before numba and the linear algebra libraries are imported.
+
+    Raises `BadInput` when somebody has told numba to compile otherwise, or nothing.
+    """
     if Path(NUMBA_SETTINGS).exists():
         why = "numba would take settings from it, which may change results"
         raise BadInput(f"{NUMBA_SETTINGS} in the current folder: {why}; remove it or go elsewhere")
+    if environment.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        raise BadInput("NUMBA_DISABLE_JIT: every method needs compiled kernels; unset it")
     if environment.get(SAFE_PATH) == OURS:
         del environment[SAFE_PATH]  # for us only, not for what a plug-in starts
     environment["NUMBA_CACHE_DIR"] = str(cache_folder())

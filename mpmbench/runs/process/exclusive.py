@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import IO
 
+from mpmbench.runs.process.locks import LocksRefused, locked, say_refused
 from mpmbench.runs.process.private import private_folder
 from mpmbench.say import say
 from mpmbench.settings.schema import BadInput
@@ -54,11 +55,17 @@ def turn(alone: bool) -> Iterator[float]:
     began = time.monotonic()
     patience = float("inf") if alone else WAIT_FOR_TIMED
     with open(place / "waiting", "a") as gate, open(place / "computing", "a") as machine:
-        wait_for(gate, fcntl.LOCK_EX, began, patience)
-        if not wait_for(machine, fcntl.LOCK_EX if alone else fcntl.LOCK_SH, began, patience):
+        try:
+            wait_for(gate, fcntl.LOCK_EX, began, patience)
+            if not wait_for(machine, fcntl.LOCK_EX if alone else fcntl.LOCK_SH, began, patience):
+                (place / "intruded").touch()
+            fcntl.flock(gate, fcntl.LOCK_UN)
+            turn_came = time.time()
+        except LocksRefused:
+            say_refused(place, "runs do not wait for one another, and no timing counts")
             (place / "intruded").touch()
-        fcntl.flock(gate, fcntl.LOCK_UN)
-        yield time.time()
+            turn_came = 0.0  # before any mark
+        yield turn_came
 
 
 def undisturbed_since(started: float) -> bool:
@@ -86,20 +93,14 @@ def say_why() -> None:
     say(text, error=True)
 
 
-def locked(file: IO[str], kind: int) -> bool:
-    """Whether a file could be locked at once."""
-    try:
-        fcntl.flock(file, kind | fcntl.LOCK_NB)
-        return True
-    except BlockingIOError:
-        return False
-
-
 @contextmanager
 def slot(place: Path, number: int) -> Iterator[None]:
     """Wait until fewer than `number` processes hold a slot in a folder."""
     with ExitStack() as stack:
         files = [stack.enter_context((place / f"slot{k}").open("w")) for k in range(number)]
-        while not any(locked(file, fcntl.LOCK_EX) for file in files):
-            time.sleep(LOOK_EVERY)
+        try:
+            while not any(locked(file) for file in files):
+                time.sleep(LOOK_EVERY)
+        except LocksRefused:
+            say_refused(place, "all runs start at once")
         yield

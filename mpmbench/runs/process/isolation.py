@@ -14,16 +14,20 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
-from multiprocessing.connection import Connection
+from dataclasses import dataclass, field
 from typing import Any
 
 import psutil
 
 from mpmbench.core.registry import plugin_files
 from mpmbench.runs.process.environment import prepare
+from mpmbench.runs.process.messages import Line, NoMessage
+from mpmbench.runs.process.server import kill_group
 
 WATCH_EVERY = 0.05  # seconds between two looks at the memory of a child
+LIST_EVERY = 1.0  # seconds between two looks at which processes it has started
+CLOSE_WITHIN = 10.0  # seconds that a server has for ending what it started
+SEND_WITHIN = 600.0  # seconds for a request to be taken
 
 
 @dataclass(eq=False)
@@ -34,6 +38,10 @@ class Ended(Exception):
     reason: str
     time_reached: float = 0.0  # simulated time [s] of the last message about progress
     solver_time: float = 0.0  # wall-clock time [s] since the solver started
+
+
+class NotStarted(Ended):
+    """A child that did not even begin."""
 
 
 @dataclass
@@ -63,7 +71,7 @@ class Server:
         with theirs:
             descriptors = [theirs.fileno()]
             pid = self._exchange(lambda: socket.send_fds(self.control, [b"child"], descriptors))
-        return Child(self, Connection(ours.detach()), pid)
+        return Child(self, Line(ours), pid)
 
     def exit_code(self, pid: int) -> int:
         """How a child ended: its exit code, or minus the number of the signal that killed it."""
@@ -81,14 +89,25 @@ class Server:
             self.close()
             raise
         if len(data) < 8:
-            raise Ended("crashed", "the process that starts the solver did not start or was killed")
+            reason = "the process that starts the solver did not start or was killed"
+            raise NotStarted("crashed", reason)
         return int(struct.unpack("q", data)[0])
+
+    def descendants(self) -> list[psutil.Process]:
+        """All processes that the server has started, and that these have."""
+        with suppress(psutil.Error):
+            return list(psutil.Process(self.process.pid).children(recursive=True))
+        return []
 
     def close(self) -> None:
         """End the server and whatever it started."""
         self.control.close()
-        self.process.kill()
-        self.process.wait()
+        self.process.terminate()
+        try:
+            self.process.wait(CLOSE_WITHIN)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
 
 
 @dataclass
@@ -96,43 +115,59 @@ class Child:
     """A process that answers the requests of `mpmbench.runs.process.worker`."""
 
     server: Server
-    connection: Connection
+    line: Line
     pid: int
     progress: tuple[float, float] | None = None  # fraction and simulated time of the solver
     solver_started: float = 0.0  # on the clock of `time.monotonic`
+    watched: "list[psutil.Process]" = field(default_factory=list)  # it and what it has started
+    listed: float = 0.0  # when these were looked up, on the same clock
 
     def ask(
         self,
         *request: Any,
         limits: dict[str, Any],
         on_progress: Callable[[float, float], None] | None = None,
+        on_part: Callable[[Any], None] | None = None,
     ) -> Any:
-        """Send a request and wait for its answer, within the limits.
+        """Send a request and wait for its answer, within the limits; `on_part` takes parts of it.
 
-        Raises `Ended` when the child died or reached a limit; it is gone then.
+        The limit of the set-up counts for each part. Raises `Ended` when the child died or reached
+        a limit; it is gone then.
         """
         self.progress = None
         phase, deadline = "setup", time.monotonic() + limits["setup"]
         try:
-            self.connection.send(request)
+            self.line.send(request, SEND_WITHIN)
             while True:
-                if self.connection.poll(min(WATCH_EVERY, max(0.0, deadline - time.monotonic()))):
-                    message = self.connection.recv()
-                    if message[0] == "done":
-                        return message[1]
-                    if self.progress is None:
-                        self.solver_started = time.monotonic()
-                        phase, deadline = "time", self.solver_started + limits["time"]
-                    self.progress = message[1:]
-                    if on_progress:
-                        on_progress(*message[1:])
-                elif time.monotonic() >= deadline:
+                patience = min(WATCH_EVERY, max(1e-3, deadline - time.monotonic()))
+                match self.line.receive(patience):
+                    case None:
+                        pass
+                    case ["done", answer]:
+                        return answer
+                    case ["part", part] if on_part is not None:
+                        on_part(part)
+                        deadline = time.monotonic() + limits["setup"]
+                    case ["progress", float(fraction), float(simulation_time)]:
+                        if self.progress is None:
+                            self.solver_started = time.monotonic()
+                            phase, deadline = "time", self.solver_started + limits["time"]
+                        self.progress = fraction, simulation_time
+                        if on_progress:
+                            on_progress(fraction, simulation_time)
+                    case other:
+                        raise NoMessage(f"{str(other)[:40]} is no message")
+                if time.monotonic() >= deadline:
                     raise self.ended("timeout", f"stopped at limits.{phase} = {limits[phase]:g} s")
                 if limits["memory"] is not None and self.memory() > limits["memory"]:
                     reason = f"stopped at limits.memory = {limits['memory']:g} MiB"
                     raise self.ended("out_of_memory", reason)
         except (EOFError, OSError):
             raise self.ended("crashed", f"the process {how_it_ended(self.end())}") from None
+        except NoMessage as error:
+            self.end()
+            what = f"something else wrote to the pipe of the process: {error}"
+            raise self.ended("crashed", what) from None
         except BaseException:
             self.end()
             raise
@@ -146,18 +181,31 @@ class Child:
         return Ended(status, text, simulation_time, time.monotonic() - self.solver_started)
 
     def memory(self) -> float:
-        """Resident memory [MiB] now; 0 when the child is gone."""
-        try:
-            return float(psutil.Process(self.pid).memory_info().rss) / 2**20
-        except psutil.Error:
-            return 0.0
+        """Resident memory [MiB] of the child and of all that it has started; 0 when it is gone.
+
+        What these share counts for each of them.
+        """
+        now = time.monotonic()
+        if not self.watched or now - self.listed > LIST_EVERY:
+            self.listed = now
+            self.watched = self.server.descendants() if self.watched else self.itself()
+        total = 0
+        for process in self.watched:
+            with suppress(psutil.Error):
+                total += process.memory_info().rss
+        return total / 2**20
+
+    def itself(self) -> list[psutil.Process]:
+        """The child, as long as it is there."""
+        with suppress(psutil.Error):
+            return [psutil.Process(self.pid)]
+        return []
 
     def end(self) -> int:
-        """Kill the child, if it is still there, and say how it ended."""
-        self.connection.close()
+        """Kill the child and what it has started, if it is still there, and say how it ended."""
+        self.line.close()
         # The server keeps the number until it is asked how the child ended.
-        with suppress(ProcessLookupError):
-            os.kill(self.pid, signal.SIGKILL)
+        kill_group(self.pid)
         return self.server.exit_code(self.pid)
 
 
@@ -208,7 +256,7 @@ class Processes:
         if self.server is not None and self.server.relevant.get("files") != plugin_state():
             self.close()  # a plug-in was edited: what is loaded would fit neither it nor its cache
         child, self.child = self.child, None
-        if child is not None and child.connection.poll(0):  # it was killed while it waited
+        if child is not None and not child.line.is_silent():  # it was killed while it waited
             child.end()
             child = None
         child = child or self.new_child()

@@ -18,14 +18,23 @@ AFTER_THE_CAUSE = re.compile(
 def explain(error: BaseException) -> str:
     """One line: the error, and the place where it was raised, in a plug-in when one took part."""
     if isinstance(error, BrokenPlugin) and error.__cause__ is not None:
-        return f"{error}: {explain(error.__cause__)}"
-    cause, place = cause_of(str(error))
+        return f"{text_of(error)}: {explain(error.__cause__)}"
+    cause, place = cause_of(text_of(error))
     text = " ".join(cause.split())
     if len(text) > LONGEST:
         text = f"{text[: LONGEST // 2]} ... {text[-LONGEST // 2 :]}"
     place = place or place_of(error)
     kind = type(error).__name__
     return (text if text.startswith(f"{kind}:") else f"{kind}: {text}") + (place and f" ({place})")
+
+
+def text_of(error: BaseException) -> str:
+    """What an error says, without what a terminal or a file cannot take."""
+    try:
+        text = str(error)
+    except BaseException as another:  # a plug-in's own class may do anything
+        text = f"its text cannot be had: {type(another).__name__}"
+    return "".join(one if one.isprintable() or one.isspace() else " " for one in text)
 
 
 def cause_of(text: str) -> tuple[str, str]:

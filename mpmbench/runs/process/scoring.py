@@ -7,7 +7,7 @@ from typing import Any
 
 from numba.core.event import TimingListener, register
 
-from mpmbench.contracts import Check, Contract, Finding, bases, loops, materials, problems
+from mpmbench.contracts import Check, Contract, bases, loops, materials, problems
 from mpmbench.core import registry
 from mpmbench.core.loops import find_loop
 from mpmbench.core.loops.explicit import Explicit
@@ -45,12 +45,15 @@ def outline(kind: str, name: str, settings: dict[str, Any]) -> list[tuple[str, l
     return [(label, list(checks)) for label, _, checks in cases(kind, name, settings)]
 
 
-def judge(kind: str, name: str, settings: dict[str, Any], label: str, check: str) -> Finding:
-    """One check of one case."""
+def judge(
+    kind: str, name: str, settings: dict[str, Any], label: str, check: str
+) -> tuple[bool, str]:
+    """One check of one case: whether it passed, and what was found."""
     case, checks = next(
         (case, checks) for at, case, checks in cases(kind, name, settings) if at == label
     )
-    return checks[check](case)
+    found = checks[check](case)
+    return bool(found.passed), found.text
 
 
 def cases(kind: str, name: str, settings: dict[str, Any]) -> Cases:

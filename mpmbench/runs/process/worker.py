@@ -5,7 +5,6 @@ import traceback
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -22,26 +21,26 @@ from mpmbench.results.provenance import library_versions
 from mpmbench.results.timings import SAID, UNITS
 from mpmbench.runs.process.exclusive import undisturbed_since
 from mpmbench.runs.process.load import load_between, reading
+from mpmbench.runs.process.messages import Line
 from mpmbench.runs.process.reasons import explain
 
 REPORT_EVERY = 0.02  # seconds between two progress messages
 CLOCKS = ("solver_time", "solver_cpu_time")
 
 
-def serve(connection: Connection) -> None:
+def serve(line: Line) -> None:
     """Answer requests ``(name, *arguments)`` until the client hangs up."""
-    answers = ANSWERS | {"run": partial(run, connection)}
+    answers = ANSWERS | {"run": partial(run, line), "check": partial(check, line)}
     while True:
         try:
-            name, *arguments = connection.recv()
+            name, *arguments = line.receive() or [""]
         except (EOFError, OSError):
             return
-        connection.send(("done", answers[name](*arguments)))
+        line.send(("done", answers[name](*arguments)))
 
 
-def check(cells: list[tuple[dict[str, Any], str, str]]) -> list[dict[str, Any]]:
-    """Tell what is wrong with each configuration, its memory, and its earlier result."""
-    answers = []
+def check(line: Line, cells: list[tuple[dict[str, Any], str, str]]) -> None:
+    """Tell of each configuration what is wrong with it, its memory, and its earlier result."""
     for config, reason, target in cells:
         answer: dict[str, Any] = {"bad": "", "not_applicable": reason, "memory": 0.0}
         try:
@@ -53,15 +52,15 @@ def check(cells: list[tuple[dict[str, Any], str, str]]) -> list[dict[str, Any]]:
             answer["not_applicable"] = str(error)
         except BrokenPlugin as error:
             answer["bad"] = explain(error)
-        except Exception as error:
-            answer["bad"] = f"the check of this configuration failed: {explain(error)}"
+        except BaseException as error:  # sys.exit too
+            name = Path(target).stem
+            answer["bad"] = f"{name}: the check of this configuration failed: {explain(error)}"
         answer["earlier"] = netcdf.read_attributes(Path(target))
-        answers.append(answer)
-    return answers
+        line.send(("part", answer))
 
 
 def run(
-    connection: Connection,
+    line: Line,
     config: dict[str, Any],
     attributes: dict[str, Any],
     target: str,
@@ -75,7 +74,7 @@ def run(
     """
     started, before = time.perf_counter(), reading()
     forget_peak_memory()
-    dataset = solve(config, progress_to(connection))
+    dataset = solve(config, progress_to(line))
     seconds, load = time.perf_counter() - started, load_between(before, reading())
     dataset["wall_time"] = scalar(seconds, "s", "wall-clock time of the run")
     dataset["peak_memory"] = scalar(peak_memory(), "MiB", "peak resident memory of the process")
@@ -116,25 +115,32 @@ def solve(config: dict[str, Any], progress: Any) -> xr.Dataset:
         return xr.Dataset(attrs={"status": "out_of_memory", "reason": "an allocation was refused"})
     except NotApplicable as error:
         return xr.Dataset(attrs={"status": "not_applicable", "reason": str(error)})
-    except Exception as error:
-        text = "".join(traceback.format_exception(error))
+    except BaseException as error:  # sys.exit too
+        text = "".join(traceback.format_exception(error)).encode("utf-8", "replace").decode()
         return xr.Dataset(attrs={"status": "crashed", "reason": explain(error), "traceback": text})
 
 
 def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict[str, Any]:
     """Add the attributes that the case did not set, write the file and summarise it."""
     own = {key: value for key, value in dataset.attrs.items() if value is not None}
+    if own["status"] not in netcdf.STATUSES:  # a plug-in's own
+        own |= {"status": "crashed", "reason": f"{own['status']}: {own.get('reason', '')}"}
     dataset.attrs = {"reason": "", **attributes, **library_versions(), **own}
     unwritten = ""
     try:
+        scalars = {
+            str(name): (float(variable), str(variable.attrs.get("units", "")))
+            for name, variable in dataset.data_vars.items()
+            if variable.ndim == 0
+        }
         netcdf.write(dataset, Path(target))
     except OSError as error:
         unwritten = f"the result could not be written to {target}: {error.strerror or error}"
-    scalars = {
-        str(name): (float(variable), str(variable.attrs.get("units", "")))
-        for name, variable in dataset.data_vars.items()
-        if variable.ndim == 0
-    }
+    except (ValueError, TypeError) as error:  # a plug-in's variable is none that a file can hold
+        if not dataset.variables:
+            raise
+        failed = {"status": "crashed", "reason": f"its result fits into no file: {explain(error)}"}
+        return finish(xr.Dataset(attrs=failed), attributes, target)
     return {
         "status": dataset.attrs["status"],
         "reason": dataset.attrs["reason"],
@@ -151,19 +157,18 @@ def score(name: str, *arguments: Any) -> Any:
         from mpmbench.runs.process import scoring
 
         return getattr(scoring, name)(*arguments)
-    except (Exception, SystemExit) as error:
+    except BaseException as error:
         return explain(error)
 
 
 ANSWERS: dict[str, Callable[..., Any]] = {
-    "check": check,
     "record": record,
     "solve": solve_only,
     **{name: partial(score, name) for name in ("contents", "outline", "judge", "compile_time")},
 }
 
 
-def progress_to(connection: Connection) -> Any:
+def progress_to(line: Line) -> Any:
     """A progress function that sends a message every `REPORT_EVERY` seconds."""
     last = -1.0
 
@@ -172,7 +177,7 @@ def progress_to(connection: Connection) -> Any:
         now = time.perf_counter()
         if last < 0 or now - last > REPORT_EVERY:
             last = now
-            connection.send(("progress", fraction, simulation_time))
+            line.send(("progress", float(fraction), float(simulation_time)))
 
     return progress
 

@@ -13,6 +13,7 @@ from mpmbench.results.differences import differences, sentences, settings_of
 from mpmbench.runs.sweep.execute import Record
 from mpmbench.runs.sweep.plan import Plan
 from mpmbench.say import one_line
+from mpmbench.settings.files import here
 
 SHOW_PROGRESS_AFTER = 1.5  # seconds
 ERRORS = ("displacement", "velocity", "stress")
@@ -111,7 +112,7 @@ def comparison(plan: Plan) -> str:
 def shorten(path: str) -> str:
     """A path relative to here when it lies below."""
     try:
-        return str(Path(path).relative_to(Path.cwd()))
+        return str(Path(path).relative_to(here()))
     except ValueError:
         return path
 

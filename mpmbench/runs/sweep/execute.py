@@ -1,6 +1,7 @@
 """Run one configuration in a child process, so that it leaves a result file whatever happens."""
 
 import os
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,11 +13,12 @@ from mpmbench.results.identity import result_path
 from mpmbench.results.provenance import attributes
 from mpmbench.runs.process import isolation
 from mpmbench.runs.process.exclusive import turn
-from mpmbench.runs.sweep.interrupts import uninterrupted
+from mpmbench.runs.interrupts import uninterrupted
 from mpmbench.settings.schema import BadInput
 
 SUCCESS = ("ok", "not_applicable")
 INTERRUPTED = "stopped by the user or the system"
+UNCHECKED = {"bad": "", "not_applicable": "", "memory": 0.0, "earlier": None}
 
 
 @dataclass
@@ -51,40 +53,46 @@ class Record:
 
 
 def limits_of(config: dict[str, Any]) -> dict[str, Any]:
-    """The limits of a run, with the memory of this machine [MiB] where none was given."""
+    """The limits of a run, with the memory of this machine [MiB] where no less was given."""
     of_machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") / 2**20
-    return {**config["limits"], "memory": config["limits"]["memory"] or of_machine}
+    given = config["limits"]["memory"]
+    return {**config["limits"], "memory": min(given or of_machine, of_machine)}
 
 
 def check(cells: list[tuple[dict[str, Any], str]]) -> list[dict[str, Any]]:
     """Have a child judge configurations, each with the reason why it does not apply, if known.
+
+    The answer on one at which the child ended has that end as ``unchecked``.
 
     Raises
     ------
     BadInput
         For a value out of range, or a run that needs more memory than there is.
     """
-    if not cells:
-        return []
     requests = [(config, reason, str(result_path(config))) for config, reason in cells]
-    first = cells[0][0]
-    try:
-        answers = isolation.processes.ask("check", requests, limits=limits_of(first))
-    except isolation.Ended as end:
-        sentence = f"the configuration could not be checked: {end.reason}"
-        raise BadInput(sentence, exit_code=1) from None
+    answers: list[dict[str, Any]] = []
+    while len(answers) < len(cells):
+        left, limits = requests[len(answers) :], limits_of(cells[len(answers)][0])
+        try:
+            isolation.processes.ask("check", left, limits=limits, on_part=answers.append)
+        except isolation.NotStarted as end:
+            raise BadInput(f"nothing can be checked: {end.reason}", exit_code=1) from None
+        except isolation.Ended as end:
+            answers[len(answers) : len(cells)] = [UNCHECKED | {"unchecked": end}]
     for (config, _), answer in zip(cells, answers, strict=True):
         if answer["bad"]:
             raise BadInput(answer["bad"])
         allowed = limits_of(config)["memory"]
         if answer["memory"] > allowed:
-            what = "limits.memory" if config["limits"]["memory"] else "this machine's memory"
+            given = config["limits"]["memory"] == allowed
+            what = "limits.memory" if given else "this machine's memory"
             raise BadInput(
                 f"resolution = {config['resolution']} with {config['particles_per_cell']} particles per cell needs "
                 f"about {answer['memory'] / 1024:.4g} GiB, more than {what} of {allowed / 1024:.4g} GiB"
             )
-    check_folder(result_path(first).parent)
-    return list(answers)
+    for folder in {result_path(config).parent for config, _ in cells}:
+        check_folder(folder)
+    return answers
 
 
 def applying(combinations: Sequence[Sequence[str]]) -> list[tuple[dict[str, Any], str]]:
@@ -97,22 +105,51 @@ def applying(combinations: Sequence[Sequence[str]]) -> list[tuple[dict[str, Any]
     from mpmbench.runs.hydra.compose import compose_many
 
     cells = compose_many(combinations)
+    reasons = reasons_against(cells)
+    return [(config, reason) for (config, _), reason in zip(cells, reasons, strict=True)]
+
+
+def reasons_against(cells: list[tuple[dict[str, Any], str]]) -> list[str]:
+    """Why each configuration does not apply, if so, as `check` finds it.
+
+    Raises `BadInput` for one that cannot be checked, too.
+    """
     answers = check(cells)
-    return [
-        (config, answer["not_applicable"])
-        for (config, _), answer in zip(cells, answers, strict=True)
-    ]
+    for (config, _), answer in zip(cells, answers, strict=True):
+        if "unchecked" in answer:
+            why = f"the configuration could not be checked: {answer['unchecked'].reason}"
+            raise BadInput(f"{result_path(config).stem}: {why}", exit_code=1)
+    return [answer["not_applicable"] for answer in answers]
 
 
 def check_folder(folder: Path, what: str = "output_dir:") -> None:
     """Raise `BadInput` about `what` when nothing can be written to `folder`."""
-    existing = folder
-    while not existing.exists() and existing != existing.parent:
-        existing = existing.parent
+    encoding, existing = sys.getfilesystemencoding(), folder
+    try:
+        str(folder).encode(encoding)  # netCDF does so
+    except UnicodeEncodeError:
+        hint = "call it otherwise, or set LC_ALL=C.UTF-8"
+        raise BadInput(f"{what} {ascii(str(folder))} has no name in {encoding}; {hint}") from None
+    try:
+        while not is_there(existing):
+            existing = existing.parent
+        existing.stat()
+    except OSError as error:
+        link = " is a link:" if existing.is_symlink() else ":"
+        raise BadInput(f"{what} {existing}{link} {str(error.strerror).lower()}") from None
     if not existing.is_dir():
         raise BadInput(f"{what} {existing} is not a folder")
     if not os.access(existing, os.W_OK | os.X_OK):
         raise BadInput(f"{what} {existing} is not writable")
+
+
+def is_there(path: Path) -> bool:
+    """Whether there is a file, folder or link; raises `OSError` for what cannot be one."""
+    try:
+        path.lstat()
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    return True
 
 
 def run(

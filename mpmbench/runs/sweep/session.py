@@ -17,7 +17,7 @@ from mpmbench.runs.process.exclusive import slot
 from mpmbench.runs.process.watchdog import guarded
 from mpmbench.runs.sweep import display, execute, launchers, live, reporting
 from mpmbench.runs.sweep.execute import Record
-from mpmbench.runs.sweep.interrupts import terminated_like_interrupted, uninterrupted
+from mpmbench.runs.interrupts import terminated_like_interrupted, uninterrupted
 from mpmbench.runs.sweep.ledger import Ledger, follow_owner, opened
 from mpmbench.runs.sweep.plan import Plan, make_plan, record_inapplicable, timed_enough
 from mpmbench.say import say

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any
 
+ENDING = (signal.SIGTERM, signal.SIGHUP)  # of the system, and of a terminal that is closed
+
 
 @contextmanager
 def handling(handler: Any, *numbers: signal.Signals) -> Iterator[None]:
@@ -27,10 +29,11 @@ def interrupt(number: int, frame: Any) -> None:
 
 
 def terminated_like_interrupted() -> AbstractContextManager[None]:
-    """Within, a request to terminate does what Ctrl-C does."""
-    return handling(interrupt, signal.SIGTERM)
+    """Within, a request to terminate does what Ctrl-C does, unless it is ignored as by ``nohup``."""
+    heeded = [number for number in ENDING if signal.getsignal(number) != signal.SIG_IGN]
+    return handling(interrupt, *heeded)
 
 
 def uninterrupted() -> AbstractContextManager[None]:
     """Within, Ctrl-C and requests to terminate are ignored."""
-    return handling(signal.SIG_IGN, signal.SIGINT, signal.SIGTERM)
+    return handling(signal.SIG_IGN, signal.SIGINT, *ENDING)
