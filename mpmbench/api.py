@@ -16,7 +16,8 @@ import xarray as xr
 from mpmbench.results.campaign import Cube, cube_of
 from mpmbench.results.identity import result_path
 from mpmbench.runs.hydra import compose
-from mpmbench.runs.sweep import execute, session
+from mpmbench.runs.sweep import session
+from mpmbench.runs.sweep.claims import run_once
 from mpmbench.runs.sweep.plan import make_plan
 from mpmbench.say import say
 from mpmbench.settings import arguments
@@ -58,12 +59,14 @@ def run(*overrides: str, **settings: Any) -> xr.Dataset:
         raise BadInput("this experiment is a sweep: mpmbench.sweep runs it")
     plan = make_plan(compose.compose_many([pairs]))
     (cell,) = plan.cells()
+    if cell.unchecked is not None:
+        raise BadInput(f"the configuration could not be checked: {cell.unchecked.reason}")
     if cell.not_applicable:
         raise BadInput(f"this combination does not apply: {cell.not_applicable}")
     file = result_path(cell.config)
     if plan.to_run:
-        record = execute.run(cell.config, progress(file.stem))
-        if record.unwritten:
+        record = run_once(cell.config, cell.stamp, progress(file.stem))
+        if record is not None and record.unwritten:
             raise OSError(record.unwritten)
     return load(file)
 

@@ -23,8 +23,8 @@ from typing import Any
 from mpmbench.commands import bisect
 from mpmbench.core.registry import VARIABLE
 from mpmbench.results import completion
-from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.interrupts import terminated_like_interrupted
+from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.reporting import build as build_report
 from mpmbench.runs.sweep.reporting import is_younger
 from mpmbench.say import say

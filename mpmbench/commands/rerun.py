@@ -12,13 +12,15 @@ from mpmbench.commands.places import attributes_of
 from mpmbench.results.identity import changed_files
 from mpmbench.results.netcdf import read_attributes
 from mpmbench.results.provenance import machine
+from mpmbench.runs.interrupts import terminated_like_interrupted
 from mpmbench.runs.process import isolation
 from mpmbench.runs.sweep import execute
 from mpmbench.runs.sweep.plan import LASTING
 from mpmbench.say import say
-from mpmbench.settings.files import refuse_targets
-from mpmbench.settings.resolve import check_types
-from mpmbench.settings.schema import GROUPS, BadInput, did_you_mean, options
+from mpmbench.settings.arguments import split
+from mpmbench.settings.files import parsed, refuse_targets
+from mpmbench.settings.resolve import cast_to, check_types
+from mpmbench.settings.schema import GROUPS, TOP_LEVEL, BadInput, did_you_mean, options
 
 # Largest difference, relative to the largest value of a field, that counts as rounding.
 ROUNDING = 1e-9
@@ -28,16 +30,24 @@ MACHINE = ("host", "cpu", "cpu_count", "operating_system")
 
 
 def main(arguments: list[str]) -> int:
-    """``rerun FILE.nc``; exit code 0 when the result is the same, be it within rounding, and 1 when it is not."""
-    if len(arguments) != 1:
+    """``rerun FILE.nc [LIMIT=VALUE...]``; exit code 0 when the result is the same, be it within rounding.
+
+    Limits are those of the file, as far as this machine has so much, unless they are given.
+    """
+    files = [argument for argument in arguments if "=" not in argument]
+    if len(files) != 1:
         raise BadInput("rerun: one result file is needed")
-    file = Path(arguments[0])
+    file = Path(files[0])
     before = attributes_of("rerun", file)
     isolation.processes.warm_up()
     config = rebuild(file, before)
-    with tempfile.TemporaryDirectory(prefix="mpmbench-rerun-") as folder:
+    config["limits"] |= limits_in(arguments)
+    with (
+        terminated_like_interrupted(),
+        tempfile.TemporaryDirectory(prefix="mpmbench-rerun-") as folder,
+    ):
         config |= {"output_dir": folder, "campaign": "rerun"}
-        execute.check([(config, "")])
+        execute.reasons_against([(config, "")])
         record = execute.run(config)
         after = read_attributes(Path(record.file))
         if after is None:
@@ -48,6 +58,19 @@ def main(arguments: list[str]) -> int:
     for line in [*details, *what_changed(before, after, config)]:
         say(f"  {line}")
     return 0 if verdict in ("bitwise equal", "equal within rounding") else 1
+
+
+def limits_in(arguments: list[str]) -> dict[str, Any]:
+    """The limits among ``key=value``; raises `BadInput` for any other key."""
+    _, pairs = split([argument for argument in arguments if "=" in argument], [])
+    limits = {}
+    for pair in pairs:
+        group, _, name = pair.partition("=")[0].rpartition(".")
+        if group != "limits":
+            raise BadInput(f"rerun: {pair}: limits can be given, and all else is the file's")
+        value = parsed(pair.partition("=")[2])
+        limits[name] = cast_to(TOP_LEVEL[f"limits.{name}"], f"limits.{name}", value)
+    return limits
 
 
 def rebuild(file: Path, attributes: dict[str, Any]) -> dict[str, Any]:

@@ -24,9 +24,9 @@ def open_what_is_closed() -> None:
                 os.dup2(nothing, descriptor)
                 os.close(nothing)
             os.set_inheritable(descriptor, True)
-    for name in ("stdout", "stderr"):
+    for name, descriptor in (("stdout", 1), ("stderr", 2)):
         if getattr(sys, name) is None:
-            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
+            setattr(sys, name, os.fdopen(descriptor, "w", closefd=False))
 
 
 class Forgiving:

@@ -13,7 +13,7 @@ import hydra
 from hydra.core.config_search_path import ConfigSearchPath
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.core.override_parser.types import Override
+from hydra.core.override_parser.types import Override, RangeSweep
 from hydra.core.plugins import Plugins
 from hydra.errors import HydraException, OverrideParseException
 from hydra.plugins.search_path_plugin import SearchPathPlugin
@@ -96,10 +96,11 @@ def values_of(override: Override) -> list[str]:
 
     Raises `BadInput` when there are none, or too many.
     """
-    if override.is_range_sweep():
+    sweep = override.value()
+    if isinstance(sweep, RangeSweep):
         numbers = itertools.islice(override.sweep_iterator(), MOST_CELLS + 1)
         found = [str(rounded(number)) for number in numbers]
-        if found and found[-1] == str(rounded(override.value().stop)):  # it was not quite reached
+        if found and found[-1] == str(rounded(sweep.stop)):  # it was not quite reached
             found.pop()
     else:
         found = list(override.sweep_string_iterator())

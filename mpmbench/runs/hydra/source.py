@@ -6,7 +6,7 @@ from hydra.core.object_type import ObjectType
 from hydra.plugins.config_source import ConfigLoadError, ConfigResult, ConfigSource
 from omegaconf import OmegaConf
 
-from mpmbench.settings.files import experiments, read_yaml
+from mpmbench.settings.files import BadInput, experiments, read_yaml
 from mpmbench.settings.schema import GROUPS, composed, options
 
 SCHEME = "mpmbench"
@@ -42,9 +42,11 @@ class OptionsSource(ConfigSource):
         group, _, name = config_path.removesuffix(".yaml").partition("/")
         if not self.is_config(config_path):
             raise ConfigLoadError(f"Config not found : {config_path}")
-        of_experiment = group == "experiments"
-        content = read_yaml(experiments()[name]) if of_experiment else composed(group, name)
-        config = OmegaConf.create(content)
+        if group == "experiments":
+            check_experiment(experiments()[name])
+            config = OmegaConf.create(read_yaml(experiments()[name]))
+        else:
+            config = OmegaConf.create(composed(group, name))
         header: dict[str, str | None] = {"package": "_global_"}
         return ConfigResult(self.provider, f"{SCHEME}://", config, header)  # type: ignore[arg-type]
 

@@ -92,6 +92,17 @@ def run(
     return finish(dataset, attributes, target)
 
 
+def read(target: str) -> tuple[dict[str, Any], dict[str, tuple[float, str]]] | None:
+    """Attributes and scalars, with their units, of a result; None when there is none."""
+    attributes = netcdf.read_attributes(Path(target))
+    if attributes is None:
+        return None
+    _, scalars = netcdf.read_scalars(Path(target))
+    return attributes, {
+        name: (value, said.get("units", "")) for name, (value, said) in scalars.items()
+    }
+
+
 def record(
     attributes: dict[str, Any], known: dict[str, tuple[float, str, str]], target: str
 ) -> dict[str, Any]:
@@ -162,6 +173,7 @@ def score(name: str, *arguments: Any) -> Any:
 
 
 ANSWERS: dict[str, Callable[..., Any]] = {
+    "read": read,
     "record": record,
     "solve": solve_only,
     **{name: partial(score, name) for name in ("contents", "outline", "judge", "compile_time")},

@@ -11,9 +11,9 @@ from typing import Any
 
 from mpmbench.results.identity import result_path
 from mpmbench.results.provenance import attributes
+from mpmbench.runs.interrupts import uninterrupted
 from mpmbench.runs.process import isolation
 from mpmbench.runs.process.exclusive import turn
-from mpmbench.runs.interrupts import uninterrupted
 from mpmbench.settings.schema import BadInput
 
 SUCCESS = ("ok", "not_applicable")
@@ -129,7 +129,7 @@ def check_folder(folder: Path, what: str = "output_dir:") -> None:
         str(folder).encode(encoding)  # netCDF does so
     except UnicodeEncodeError:
         hint = "call it otherwise, or set LC_ALL=C.UTF-8"
-        raise BadInput(f"{what} {ascii(str(folder))} has no name in {encoding}; {hint}") from None
+        raise BadInput(f"{what} {str(folder)!a} has no name in {encoding}; {hint}") from None
     try:
         while not is_there(existing):
             existing = existing.parent

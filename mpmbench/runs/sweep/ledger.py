@@ -62,14 +62,14 @@ class Ledger:
                 found[file.stem] = float(json.loads(file.read_text())["fraction"])
         return found
 
-    def keep_config(self, name: str, config: dict[str, Any]) -> None:
-        """Leave the configuration of a run for the process that will do it."""
-        self._place(f"{name}.config", config)
+    def keep_config(self, name: str, config: dict[str, Any], stamp: Any) -> None:
+        """Leave the configuration of a run, and its file's stamp, for the process that will do it."""
+        self._place(f"{name}.config", [config, stamp])
 
-    def config(self, name: str) -> dict[str, Any]:
-        """Configuration of a run."""
-        content: dict[str, Any] = json.loads((self.folder / f"{name}.config").read_text())
-        return content
+    def config(self, name: str) -> tuple[dict[str, Any], Any]:
+        """Configuration of a run, and the stamp of its file when it was planned."""
+        config, stamp = json.loads((self.folder / f"{name}.config").read_text())
+        return config, stamp
 
     def request_stop(self) -> None:
         """Ask all workers to start no further run."""

@@ -1,12 +1,14 @@
 """All cells of a sweep before one runs: what is wrong, does not apply, is finished."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from mpmbench.results.identity import code_digests, code_hash, config_hash, result_path
 from mpmbench.results.provenance import attributes
+from mpmbench.runs.process.isolation import Ended
 from mpmbench.runs.sweep import execute
 from mpmbench.settings.schema import GROUPS
 
@@ -31,6 +33,8 @@ class Cell:
     earlier: dict[str, Any] | None = None  # attributes of the file of an earlier run
     work: float = 1.0  # estimated, in units that only comparison gives a meaning
     state: str = "missing"  # missing, stale, untimed, failed, fresh: what its file is worth now
+    stamp: Any = None  # of its file when it was planned
+    unchecked: Ended | None = None  # how the process came to its end that should check it
 
     @property
     def name(self) -> str:
@@ -45,6 +49,7 @@ class Plan:
     to_run: list[Cell] = field(default_factory=list)
     finished: list[Cell] = field(default_factory=list)
     not_applicable: list[Cell] = field(default_factory=list)
+    unchecked: list[Cell] = field(default_factory=list)
     folder: str = ""
 
     def failed_before(self) -> list[execute.Record]:
@@ -59,7 +64,7 @@ class Plan:
 
     def cells(self) -> list[Cell]:
         """All cells."""
-        return [*self.to_run, *self.finished, *self.not_applicable]
+        return [*self.to_run, *self.finished, *self.not_applicable, *self.unchecked]
 
 
 def make_plan(combinations: Iterable[tuple[dict[str, Any], str]]) -> Plan:
@@ -71,25 +76,47 @@ def make_plan(combinations: Iterable[tuple[dict[str, Any], str]]) -> Plan:
     for config, reason in combinations:
         cells.setdefault(config_hash(config), Cell(config, reason))
     answers = execute.check([(cell.config, cell.not_applicable) for cell in cells.values()])
-    plan = Plan()
-    codes: dict[tuple[str | None, ...], str] = {}
+    plan, code_of = Plan(), codes()
     for cell, answer in zip(cells.values(), answers, strict=True):
         cell.not_applicable, cell.earlier = answer["not_applicable"], answer["earlier"]
+        cell.stamp = stamp_of(result_path(cell.config))
+        cell.unchecked = answer.get("unchecked")
+        if cell.unchecked is not None:
+            plan.unchecked.append(cell)
+            continue
         cell.work = answer["memory"] * steps_of(cell.config)
         if cell.not_applicable:
             plan.not_applicable.append(cell)
             continue
-        method = cell.config["method"]
-        chosen = (method.get("time"), method.get("transfer"))
-        chosen += tuple(cell.config[group]["name"] for group in GROUPS)
-        if chosen not in codes:
-            codes[chosen] = code_hash(code_digests(cell.config))
-        cell.state = state_of(cell.earlier, cell.config, codes[chosen])
+        cell.state = state_of(cell.earlier, cell.config, code_of(cell.config))
         run_it = cell.state in RERUN[cell.config["rerun"]]
         (plan.to_run if run_it else plan.finished).append(cell)
     if cells:
         plan.folder = str(result_path(next(iter(cells.values())).config).parent)
     return plan
+
+
+def stamp_of(file: Path) -> list[int] | None:
+    """What changes when a result is written anew; None when there is none."""
+    try:
+        stat = file.stat()
+    except OSError:
+        return None
+    return [stat.st_ino, stat.st_size, stat.st_mtime_ns]
+
+
+def codes() -> Callable[[dict[str, Any]], str]:
+    """A function that gives the hash of the code of a configuration, found once for each choice."""
+    known: dict[tuple[str | None, ...], str] = {}
+
+    def code_of(config: dict[str, Any]) -> str:
+        chosen = (config["method"].get("time"), config["method"].get("transfer"))
+        chosen += tuple(config[group]["name"] for group in GROUPS)
+        if chosen not in known:
+            known[chosen] = code_hash(code_digests(config))
+        return known[chosen]
+
+    return code_of
 
 
 def steps_of(config: dict[str, Any]) -> float:
@@ -124,6 +151,21 @@ def state_of(earlier: dict[str, Any] | None, config: dict[str, Any], code: str) 
 def timed_enough(solver_times: list[float], config: dict[str, Any]) -> bool:
     """Whether a run has been timed as often as is wanted, or for long enough."""
     return len(solver_times) >= config.get("repeats", 1) or sum(solver_times) > LONG_ENOUGH
+
+
+def record_unchecked(plan: Plan) -> list[execute.Record]:
+    """Records of the cells at which a check came to no end; a file only where there is none."""
+    records = []
+    for cell in plan.unchecked:
+        assert cell.unchecked is not None
+        path, status = result_path(cell.config), cell.unchecked.status
+        reason = f"while it was checked: {cell.unchecked.reason}"
+        record = execute.Record(path.stem, status, reason, str(path))
+        if not path.exists():
+            verdict = {"status": status, "reason": reason}
+            record = execute.leave_record(cell.config, attributes(cell.config) | verdict)
+        records.append(record)
+    return records
 
 
 def record_inapplicable(plan: Plan) -> None:

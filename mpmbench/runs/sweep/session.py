@@ -2,6 +2,7 @@
 
 import os
 import time
+from collections import deque
 from collections.abc import Sequence
 from contextlib import nullcontext
 from functools import partial
@@ -12,14 +13,23 @@ from mpmbench.results.identity import result_path
 from mpmbench.results.provenance import attributes
 from mpmbench.runs.hydra import compose
 from mpmbench.runs.hydra.launch import launch
+from mpmbench.runs.interrupts import terminated_like_interrupted, uninterrupted
 from mpmbench.runs.process import environment, isolation
 from mpmbench.runs.process.exclusive import slot
 from mpmbench.runs.process.watchdog import guarded
+from mpmbench.runs.streams import forgiving
 from mpmbench.runs.sweep import display, execute, launchers, live, reporting
+from mpmbench.runs.sweep.claims import claimed, record_of, remove_leftovers, run_once
 from mpmbench.runs.sweep.execute import Record
-from mpmbench.runs.interrupts import terminated_like_interrupted, uninterrupted
 from mpmbench.runs.sweep.ledger import Ledger, follow_owner, opened
-from mpmbench.runs.sweep.plan import Plan, make_plan, record_inapplicable, timed_enough
+from mpmbench.runs.sweep.plan import (
+    Plan,
+    make_plan,
+    record_inapplicable,
+    record_unchecked,
+    stamp_of,
+    timed_enough,
+)
 from mpmbench.say import say
 from mpmbench.settings.arguments import value_of
 from mpmbench.settings.schema import BadInput
@@ -36,12 +46,18 @@ def run_one(pairs: Sequence[str], started: float) -> int:
     ((config, reason),) = execute.applying([pairs])
     if reason:
         raise BadInput(f"this combination does not apply: {reason}")
-    name = result_path(config).stem
-    with terminated_like_interrupted(), display.progress_bar(name) as progress:
+    target = result_path(config)
+    with (
+        forgiving(),
+        terminated_like_interrupted(),
+        display.progress_bar(target.stem) as progress,
+    ):
         alone = config["timing"] == "exclusive"
-        records = {name: execute.run(config, progress, alone)}
+        record = run_once(config, stamp_of(target), progress, alone)
+        assert record is not None
+        records = {record.name: record}
         repeat_timings([config], records)
-    record = records[name]
+    record = records[record.name]
     say(*display.summary(record, time.perf_counter() - started).splitlines())
     asked = reporting.is_wanted(config, sweep=False)
     reported = reporting.build(Path(record.file).parent) if asked else True
@@ -69,6 +85,7 @@ class Session:
         """
         interrupted = False
         with (
+            forgiving(),
             terminated_like_interrupted(),
             opened(launchers.shared_folder(self.launcher, self.pairs)) as ledger,
             guarded(str(ledger.folder)) if self.parallel else nullcontext(),
@@ -78,7 +95,10 @@ class Session:
                 self.plan = make_plan(compose.compose_sweep(self.pairs))
                 launchers.check(self.launcher, self.plan)
                 view.begin(self.plan)
+                remove_leftovers(Path(self.plan.folder))
                 record_inapplicable(self.plan)
+                for record in record_unchecked(self.plan):
+                    ledger.note(record)
                 self.run_cells(ledger)
                 view.end()
                 configs = [cell.config for cell in self.plan.to_run]
@@ -104,14 +124,20 @@ class Session:
             environment.make_known(os.environ)
             launchers.warm_up(self.plan)
             for cell in self.plan.to_run:
-                ledger.keep_config(cell.name, cell.config)
+                ledger.keep_config(cell.name, cell.config, cell.stamp)
             with environment.importing_nothing_from_here():
                 self.launch(ledger)
             launchers.end_workers(self.launcher)
             return
-        for cell in self.plan.to_run:
-            if ledger.may_start():
-                run_cell(ledger, cell.config, alone=cell.config["timing"] == "exclusive")
+        left, skipped = deque(self.plan.to_run), 0
+        while left and ledger.may_start():
+            cell = left.popleft()
+            alone = cell.config["timing"] == "exclusive"
+            if run_cell(ledger, cell.config, cell.stamp, alone, wait=skipped > len(left)):
+                skipped = 0
+            else:  # another process is doing it
+                left.append(cell)
+                skipped += 1
 
     def launch(self, ledger: Ledger) -> None:
         """Let the launcher run the cells; what a dying worker takes down with it is launched again.
@@ -165,7 +191,7 @@ class Session:
             say(f"not applicable: {cell.name}: {cell.not_applicable}")
         if failed:
             say(*display.failures(failed).splitlines())
-        left = len(self.plan.to_run) - len(records)
+        left = len(self.plan.to_run) + len(self.plan.unchecked) - len(records)
         if left and not interrupted:
             say(f"{left} runs were not started, since one failed (on_error=stop)")
         return not failed
@@ -177,15 +203,20 @@ def run_job(folder: Path, launcher: str, name: str) -> None:
     follow_owner(ledger, isolation.processes.close)
     if not ledger.may_start():
         return
-    config = ledger.config(name)
+    config, stamp = ledger.config(name)
     side_by_side = max(1, (os.cpu_count() or 1) // config["threads"])
     crowded = launcher == "submitit_local"  # it starts all jobs at once
     with slot(folder, side_by_side) if crowded else nullcontext():
-        run_cell(ledger, config)
+        run_cell(ledger, config, stamp)
 
 
-def run_cell(ledger: Ledger, config: dict[str, Any], alone: bool = False) -> None:
-    """Run one cell, with marks of how far it is, and leave its record."""
+def run_cell(
+    ledger: Ledger, config: dict[str, Any], stamp: Any, alone: bool = False, wait: bool = True
+) -> bool:
+    """Run one cell, with marks of how far it is, and leave its record.
+
+    False when another process is doing it, and is not to be waited for.
+    """
     name = result_path(config).stem
     marked = time.monotonic()
 
@@ -195,10 +226,14 @@ def run_cell(ledger: Ledger, config: dict[str, Any], alone: bool = False) -> Non
             marked = time.monotonic()
             ledger.started(name, fraction)
 
-    record = execute.run(config, mark, alone, on_start=lambda: ledger.started(name))
+    begin = partial(ledger.started, name)
+    record = run_once(config, stamp, mark, alone, on_start=begin, wait=wait)
+    if record is None:
+        return False
     ledger.note(record)
     if record.failed and config["on_error"] == "stop":
         ledger.request_stop()
+    return True
 
 
 def repeat_timings(
@@ -229,7 +264,11 @@ def repeat_timings(
         # what its place in memory does to a process is drawn anew
         isolation.processes.renew()
         for config, record in due:
-            again = execute.run(config, alone=True, earlier=record.timings)
+            with claimed(result_path(config)):
+                known = record_of(config)  # another process may have timed it too
+                if known is None or len(known.solver_times) <= len(record.solver_times):
+                    known = record
+                again = execute.run(config, alone=True, earlier=known.timings)
             again.seconds = record.seconds
             records[again.name] = again
             if ledger is not None:
