@@ -2,6 +2,9 @@
 
 import os
 import signal
+import stat
+import subprocess
+import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,13 +13,23 @@ import numba
 import numpy as np
 
 from mpmbench import Loads, NotApplicable, NotConverged, register
-from mpmbench.core.errors import require_option
+from mpmbench.core.errors import SolverFailure, require_option
 from mpmbench.problems.bar_fixed_ends import BarFixedEnds
 
 FAULTS = (
     "none", "raise", "not_finite", "negative_volume", "lost_basis", "hang", "hang_in_setup", "segfault", "killed",
-    "exit", "memory", "not_converged", "not_applicable", "slow", "once",
+    "exit", "memory", "not_converged", "not_applicable", "slow", "once", "garbage", "no_text", "own_status",
+    "children", "memory_of_child", "hang_in_check", "exit_in_check", "no_variable",
 )  # fmt: skip
+
+
+class NoText(Exception):
+    def __str__(self):
+        raise RuntimeError("this exception has no text")
+
+
+class Odd(SolverFailure):
+    status = "odd"
 
 
 @numba.njit(cache=True)
@@ -38,6 +51,10 @@ class FailingBar(BarFixedEnds):
     def check(self, material, choices, basis, resolution):
         if self.fault == "not_applicable":
             raise NotApplicable("this fault does not apply")
+        if self.fault == "exit_in_check":
+            sys.exit(5)
+        while self.fault == "hang_in_check":
+            time.sleep(1)
 
     def fixed(self, x):
         return np.zeros(x.shape, dtype=bool) if self.fault == "lost_basis" else super().fixed(x)
@@ -77,8 +94,38 @@ class FailingBar(BarFixedEnds):
             hoard = []
             while True:
                 hoard.append(np.ones(2**20))
+        if self.fault == "no_text":
+            raise NoText
+        if self.fault == "own_status":
+            raise Odd("in its own words")
+        if self.fault == "garbage":
+            write_to_all_sockets(b"\0\x10\0\0 this is no message \xff\n")
+        if self.fault in ("children", "memory_of_child"):
+            self.start_children()
         if self.fault == "slow":
             time.sleep(0.01)
         if self.fault == "once" and not Path(self.flag_file).exists():
             Path(self.flag_file).touch()
             os.kill(os.getpid(), signal.SIGKILL)
+
+    def quantities(self, solution, material):
+        if self.fault == "no_variable":
+            return {"oddity": (object(), "1", "no number")}
+        return super().quantities(solution, material)
+
+    def start_children(self):
+        """One in our process group and one that has left it; either waits, or takes 400 MiB."""
+        hoard = "b'x' * (400 * 2**20)" if self.fault == "memory_of_child" else "0"
+        words = [sys.executable, "-c", f"import time; hoard = {hoard}; time.sleep(600)"]
+        both = [subprocess.Popen(words, start_new_session=alone) for alone in (False, True)]
+        Path(self.flag_file).write_text(" ".join(str(one.pid) for one in both))
+        time.sleep(600)
+
+
+def write_to_all_sockets(text):
+    for descriptor in range(3, 256):
+        try:
+            if stat.S_ISSOCK(os.fstat(descriptor).st_mode):
+                os.write(descriptor, text)
+        except OSError:
+            continue

@@ -22,7 +22,11 @@ FAULTS = {  # fault -> status, part of the reason
     "hang": ("timeout", "stopped at limits.time = 4 s"),
     "segfault": ("crashed", "ended by SIGSEGV"),
     "killed": ("crashed", "ended by SIGKILL"),
-    "exit": ("crashed", "exit code 3"),
+    "exit": ("crashed", "SystemExit: 3 (failing_bar.py, line "),
+    "garbage": ("crashed", "something else wrote to the pipe of the process"),
+    "no_text": ("crashed", "NoText: its text cannot be had: RuntimeError (failing_bar.py, line "),
+    "own_status": ("crashed", "odd: in its own words"),
+    "no_variable": ("crashed", "its result fits into no file: "),
     "memory": ("out_of_memory", "stopped at limits.memory = 400 MiB"),
     "not_converged": ("not_converged", "the residual stays at 0.5"),
 }
@@ -163,6 +167,42 @@ def test_a_hang_while_compiling_ends_at_its_own_limit(command, plugins, folder):
     outcome = command("problem=failing_bar", "problem.fault=hang_in_setup", "limits.setup=4")
     assert outcome.code == 1
     assert "stopped at limits.setup = 4 s, before the solver had started" in outcome.out
+
+
+def test_a_hang_while_a_sweep_is_checked_names_its_cell_and_the_others_run(
+    command, plugins, folder
+):
+    faults = "problem.fault=none,hang_in_check"
+    outcome = command("-m", "problem=failing_bar", faults, "limits.setup=4", "campaign=faults")
+    assert outcome.code == 1
+    found = by_fault(folder)
+    assert found["none"][1]["status"] == "ok"
+    file, attributes = found["hang_in_check"]
+    reason = "while it was checked: stopped at limits.setup = 4 s, before the solver had started"
+    assert (attributes["status"], attributes["reason"]) == ("timeout", reason)
+    assert file.stem in outcome.out and reason in outcome.out
+    single = command("problem=failing_bar", "problem.fault=hang_in_check", "limits.setup=1")
+    assert single.code == 1 and f"{file.stem}: the configuration could not be" in single.err
+    left = command("problem=failing_bar", "problem.fault=exit_in_check")
+    assert left.code == 2 and "SystemExit: 5 (failing_bar.py, line " in left.err
+
+
+@pytest.mark.parametrize(
+    ("fault", "limit", "reason"),
+    [
+        ("children", "limits.time=2", "stopped at limits.time = 2 s"),
+        ("memory_of_child", "limits.memory=700", "stopped at limits.memory = 700 MiB"),
+    ],
+)
+def test_what_a_run_has_started_counts_and_ends_with_it(
+    command, plugins, folder, fault, limit, reason
+):
+    """A child of the run in its process group, and one that has left it."""
+    flag = folder.with_name(f"{folder.name}-children")
+    words = ("problem=failing_bar", f"problem.fault={fault}", f"problem.flag_file={flag}")
+    outcome = command(*words, "limits.time=20", limit)
+    assert reason in outcome.out
+    assert not any(psutil.pid_exists(int(pid)) for pid in flag.read_text().split())
 
 
 def test_an_unstable_time_step_leaves_a_file_with_step_and_time(command, folder):

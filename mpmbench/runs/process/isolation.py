@@ -145,6 +145,8 @@ class Child:
                         pass
                     case ["done", answer]:
                         return answer
+                    case ["failed", str(reason)]:
+                        raise self.ended("crashed", reason)
                     case ["part", part] if on_part is not None:
                         on_part(part)
                         deadline = time.monotonic() + limits["setup"]

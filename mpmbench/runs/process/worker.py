@@ -36,7 +36,11 @@ def serve(line: Line) -> None:
             name, *arguments = line.receive() or [""]
         except (EOFError, OSError):
             return
-        line.send(("done", answers[name](*arguments)))
+        try:
+            line.send(("done", answers[name](*arguments)))
+        except BaseException as error:  # whatever it is, it has a name
+            line.send(("failed", explain(error)))
+            raise
 
 
 def check(line: Line, cells: list[tuple[dict[str, Any], str, str]]) -> None:
@@ -134,7 +138,7 @@ def solve(config: dict[str, Any], progress: Any) -> xr.Dataset:
 def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict[str, Any]:
     """Add the attributes that the case did not set, write the file and summarise it."""
     own = {key: value for key, value in dataset.attrs.items() if value is not None}
-    if own["status"] not in netcdf.STATUSES:  # a plug-in's own
+    if own.get("status", "ok") not in netcdf.STATUSES:  # a plug-in's own
         own |= {"status": "crashed", "reason": f"{own['status']}: {own.get('reason', '')}"}
     dataset.attrs = {"reason": "", **attributes, **library_versions(), **own}
     unwritten = ""
