@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from mpmbench.settings.files import refuse_targets
 from mpmbench.settings.schema import (
     GROUPS,
+    NO_TEXT,
     BadInput,
     all_keys,
     did_you_mean,
@@ -17,11 +18,12 @@ from mpmbench.settings.schema import (
 # Hydra's options, and how many values follow each.
 FLAGS = {
     "--multirun": 0, "-m": 0, "--run": 0, "-r": 0, "--resolve": 0, "--hydra-help": 0, "--shell-completion": 0, "-sc": 0,
-    "--cfg": 1, "-c": 1, "--package": 1, "-p": 1, "--info": 1, "-i": 1, "--config-dir": 1, "-cd": 1,
+    "--cfg": 1, "-c": 1, "--package": 1, "-p": 1, "--info": 1, "-i": 1,
 }  # fmt: skip
+WITH_CFG = ("--resolve", "--package", "-p")  # flags that say how --cfg prints
+PLUGINS = "experiments and presets of your own lie in a folder named in MPMBENCH_PLUGINS"
 MOST_NAMED = 20  # in one sentence
 TEXTS = ("campaign", "output_dir")  # keys whose values are texts, whatever they look like
-NO_TEXT = re.compile(r"true|false|nan|[-+]?inf|[-+]?\.?\d[\d._]*(e[-+]?\d*)?", re.IGNORECASE)
 
 
 def split(arguments: list[str], verbs: list[str]) -> tuple[list[str], list[str]]:
@@ -38,6 +40,8 @@ def split(arguments: list[str], verbs: list[str]) -> tuple[list[str], list[str]]
             flags.append(argument)
         elif argument.startswith("-"):
             name = argument.partition("=")[0]
+            if name in ("--config-dir", "-cd", "--config-path", "-cp"):
+                raise BadInput(f"{name}: there is no such option; {PLUGINS}")
             if name not in FLAGS:
                 hint = did_you_mean(name, [*FLAGS, "--help", "--version"])
                 raise BadInput(f"{name}: there is no such option{hint}")
@@ -47,6 +51,9 @@ def split(arguments: list[str], verbs: list[str]) -> tuple[list[str], list[str]]
             pairs.append(argument)
     if values > 0:
         raise BadInput(f"{flags[-1]} needs a value")
+    names = {flag.partition("=")[0] for flag in flags}
+    for name in names & set(WITH_CFG) if not names & {"--cfg", "-c"} else ():
+        raise BadInput(f"{name}: this goes with --cfg only")
     if "-sc" not in flags and "--shell-completion" not in flags:
         for pair in pairs:
             check_pair(pair, verbs)

@@ -87,6 +87,8 @@ def refuse_targets(content: Any, place: str) -> None:
             refuse_targets(part, place)
         elif TARGET in part:
             raise BadInput(f"{place}: {TARGET} is refused: settings are values and call no code")
+
+
 def parsed(text: str) -> Any:
     """A value as YAML has it; raises `BadInput` when it is none."""
     try:

@@ -9,6 +9,7 @@ from mpmbench.core.setting import did_you_mean
 from mpmbench.settings.declarations import declaration, registered
 from mpmbench.settings.schema import (
     GROUPS,
+    NO_TEXT,
     PROBLEM_DEFAULTS,
     TOP_LEVEL,
     BadInput,
@@ -48,7 +49,12 @@ def fill(
     config.pop("experiments", None)
     if config.get("campaign") is None:
         config["campaign"] = experiment or "default"
-    return check_types(config, given)
+    checked, reason = check_types(config, given)
+    end_time = checked["end_time"]
+    for instant in checked["snapshot_times"]:
+        if instant > end_time * (1.0 + 1e-12):
+            raise BadInput(f"snapshot_times = {instant:g}: it comes after end_time = {end_time:g}")
+    return checked, reason
 
 
 def cast_to(cast: Callable[[Any], Any], key: str, value: Any) -> Any:
@@ -56,7 +62,11 @@ def cast_to(cast: Callable[[Any], Any], key: str, value: Any) -> Any:
     try:
         found = cast(value)
     except ValueError as error:
-        raise BadInput(f"{key} = {'null' if value is None else value}: {error}") from None
+        shown, hint = "null" if value is None else value, ""
+        if isinstance(value, str) and NO_TEXT.fullmatch(value):
+            of_variable = "${oc.decode:${oc.env:NAME}} where it comes from ${oc.env:NAME}"
+            shown, hint = f"'{value}'", f", no text in quotes; write {of_variable}"
+        raise BadInput(f"{key} = {shown}: {error}{hint}") from None
     for number in found if isinstance(found, list) else [found]:
         if isinstance(number, float) and number and not SMALLEST <= abs(number) <= LARGEST:
             raise BadInput(f"{key} = {value}: a size from {SMALLEST:g} to {LARGEST:g} is needed")

@@ -1,6 +1,12 @@
 """Bad input: one sentence that names the key, exit code 2, no traceback, no file left, nothing run."""
 
+import os
+import subprocess
+import sys
+
 import pytest
+
+from mpmbench.core.registry import PACKAGE
 
 BAD = [  # arguments, what the sentence must contain
     ("methd=otm", "did you mean method"),
@@ -61,6 +67,18 @@ BAD = [  # arguments, what the sentence must contain
     ("report nowhere", "there is no such folder"),
     ("list bar", "no such option"),
     ("-m resolution=8,-3", "resolution = -3"),
+    ("-m resolution=range(4,4)", "resolution=range(4,4): there is no value in this"),
+    ("-m basis=glob(x*)", "basis=glob(x*): there is no value in this"),
+    ("-m seed=range(0,1000000000)", "more than 1000000 runs in one sweep"),
+    ("-m seed=range(0,2000) resolution=range(1,2000)", "more than 1000000 runs in one sweep"),
+    ("--config-dir /nonexistent", "there is no such option; experiments and presets of your own"),
+    ("--resolve", "this goes with --cfg only"),
+    ("resolution='8'", "resolution = '8': a whole number of at least 1 is needed, no text"),
+    ("resolution=${oc.env:NOT_SET,4}", "write ${oc.decode:${oc.env:NAME}} where it comes from"),
+    ("report='true'", "report = 'true': true, false or auto is needed, no text"),
+    ("snapshot_times=[1e-4,2] end_time=1", "snapshot_times = 2: it comes after end_time = 1"),
+    ("campaign=" + 300 * "x", "file name too long"),
+    ("output_dir=" + 300 * "x", "file name too long"),
     ("-m basis=linear,maxent basis.d_max=0.5", "basis.d_max = 0.5"),
     ("-m method=mpm,otn", "did you mean otm"),
 ]
@@ -83,6 +101,36 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_run(command, fold
     outcome = command("method=mpm")
     assert (outcome.code, "is not a folder" in outcome.err) == (2, True)
     assert (folder / "results").read_text() == "not a folder"
+
+
+def test_a_link_that_leads_nowhere_is_refused_before_the_run(command, folder):
+    (folder / "results").symlink_to(folder / "nowhere")
+    outcome = command("method=mpm")
+    assert (outcome.code, "results is a link: no such file" in outcome.err) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("name", "folder_name", "sentence"),
+    [
+        ("PYTHONOPTIMIZE", "here", "PYTHONOPTIMIZE, or python -O"),
+        ("NUMBA_DISABLE_JIT", "here", "NUMBA_DISABLE_JIT: every method needs compiled kernels"),
+        ("PYTHONUTF8", "fünf", "has no name in ascii; call it otherwise, or set LC_ALL=C.UTF-8"),
+        ("REMOVED", "gone", "the current folder has been removed; change to another one"),
+    ],
+)
+def test_an_environment_in_which_nothing_runs(folder, name, folder_name, sentence):
+    """Programs of their own: `PYTHONUTF8=0` with `LC_ALL=C` is what older systems have."""
+    (folder / folder_name).mkdir()
+    value = "0" if name == "PYTHONUTF8" else "1"
+    words = (
+        f"cd {folder_name}; test $REMOVED && rmdir ../{folder_name}; {sys.executable} -m mpmbench"
+    )
+    outcome = subprocess.run(
+        ["sh", "-c", f"{words} -m 'resolution=range(4,6)'"], cwd=folder, capture_output=True, text=True,
+        env={**os.environ, "LC_ALL": "C", name: value, "PYTHONPATH": str(PACKAGE.parent)}, errors="replace",
+    )  # fmt: skip
+    assert (outcome.returncode, outcome.stdout) == (2, "")
+    assert sentence in outcome.stderr and outcome.stderr.count("\n") == 1
 
 
 def test_a_single_run_that_does_not_apply_is_bad_input(command, plugins, folder):

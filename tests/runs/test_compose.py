@@ -5,6 +5,7 @@ from hydra import compose
 
 from mpmbench.runs.hydra.compose import compose_many, compose_sweep, composing, expand
 from mpmbench.runs.hydra.composer import resolved
+from mpmbench.settings.arguments import split
 from mpmbench.settings.schema import BadInput
 
 ALIKE = [
@@ -15,7 +16,7 @@ ALIKE = [
     "method=unified method.mass=lumped time_step=auto",
     "problem=plate_axis_aligned problem.body_force=false end_time=1e-3",
     "material=neo_hookean material.young_modulus=5",
-    "snapshot_times=[0.1,2e-1] seed=3 limits.time=5 limits.memory=null",
+    "snapshot_times=[1e-4,0.0002] seed=3 limits.time=5 limits.memory=null",
     "campaign='a name' output_dir=some/where",
     "experiments=quickstart campaign=mine",
     "method=otm method.transfer=flip basis.d_max=2.5 basis.prior=gaussian",
@@ -66,6 +67,9 @@ def test_a_key_of_another_option_is_wrong_in_a_run_and_does_not_apply_in_a_sweep
 CELLS = {
     "resolution=4,8 seed=1": ["resolution=4 seed=1", "resolution=8 seed=1"],
     "seed=choice(1,2)": ["seed=1", "seed=2"],
+    "cfl=range(0.1,0.5,0.1)": ["cfl=0.1", "cfl=0.2", "cfl=0.3", "cfl=0.4"],
+    "cfl=range(0,0.9,0.3)": ["cfl=0.0", "cfl=0.3", "cfl=0.6"],  # 0.9 is no value of it
+    "cfl=0.30000000000000004,0.1": ["cfl=0.30000000000000004", "cfl=0.1"],  # as typed
     "resolution=range(1,4)": ["resolution=1", "resolution=2", "resolution=3"],
     "seed=1,2 seed=3": ["seed=3"],
     "snapshot_times=[0.1,0.2],[]": ["snapshot_times=[0.1,0.2]", "snapshot_times=[]"],
@@ -102,3 +106,33 @@ def test_cases_beat_the_params_of_an_experiment_and_the_command_line_beats_both(
 def test_a_sweep_over_an_interval_is_refused():
     with pytest.raises(BadInput, match="a list of values is needed, as in seed=1,2"):
         compose_sweep(["seed=interval(1,2)"])
+
+
+@pytest.mark.parametrize(
+    ("pair", "campaign"),
+    [("true", "true"), ("007", "007"), ("1e3", "1e3"), ("2026_01", "2026_01"), ("'a-b'", "a-b")],
+)
+def test_names_of_folders_are_texts(folder, pair, campaign):
+    _, pairs = split([f"campaign={pair}", f"output_dir={pair}"], [])
+    for cells in (compose_many([pairs]), compose_sweep(pairs)):
+        ((config, _),) = cells
+        assert (config["campaign"], config["output_dir"]) == (campaign, campaign)
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("resolution: 4\nresolution: 5\n", "line 3: not valid YAML: the key resolution is there twice"),
+        ("campaign: true\n", "campaign = True: a name is needed, in quotes"),
+        ("- resolution\n", "keys with values are needed"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_in_an_experiment_is_one_sentence(folder, monkeypatch, content, sentence):
+    (folder / "experiments").mkdir()
+    (folder / "experiments/mine.yaml").write_text(f"# @package _global_\n{content}")
+    (folder / "experiments/marked.yaml").write_text("\ufeff# @package _global_\nseed: 3\n")
+    monkeypatch.setenv("MPMBENCH_PLUGINS", str(folder))
+    with pytest.raises(BadInput, match=sentence):
+        compose_many([["experiments=mine"]])
+    ((config, _),) = compose_many([["experiments=marked"]])  # with a byte order mark
+    assert config["seed"] == 3

@@ -2,10 +2,11 @@
 
 import errno
 import fcntl
-import sys
 from functools import cache
 from pathlib import Path
 from typing import IO
+
+from mpmbench.say import say
 
 REFUSALS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP, errno.EINVAL)
 
@@ -30,4 +31,4 @@ def locked(file: IO[str], kind: int = fcntl.LOCK_EX) -> bool:
 @cache
 def say_refused(folder: Path, consequence: str) -> None:
     """Say, once in the life of this process, that files in a folder cannot be locked."""
-    print(f"mpmbench: {folder} has no locks for files: {consequence}", file=sys.stderr, flush=True)
+    say(f"mpmbench: {folder} has no locks for files: {consequence}", error=True)

@@ -5,7 +5,6 @@ run may be done twice: its file is whole all the same.
 """
 
 import os
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -18,6 +17,7 @@ from mpmbench.runs.process import isolation
 from mpmbench.runs.process.locks import LocksRefused, locked, say_refused
 from mpmbench.runs.sweep import execute
 from mpmbench.runs.sweep.plan import stamp_of, state_of
+from mpmbench.say import say
 
 LOOK_EVERY = 0.05  # seconds
 SAY_AFTER = 2.0  # seconds of waiting before it is said
@@ -77,7 +77,7 @@ def claimed(target: Path, wait: bool = True) -> Iterator[bool]:
     while file is None and wait:
         if not said and time.monotonic() - began > SAY_AFTER:
             said = True
-            print(f"waiting for another process that does {target.stem}", file=sys.stderr)
+            say(f"waiting for another process that does {target.stem}", error=True)
         time.sleep(LOOK_EVERY)
         file = take(mark)
     try:

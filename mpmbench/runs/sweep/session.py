@@ -95,7 +95,8 @@ class Session:
                 self.plan = make_plan(compose.compose_sweep(self.pairs))
                 launchers.check(self.launcher, self.plan)
                 view.begin(self.plan)
-                remove_leftovers(Path(self.plan.folder))
+                if self.plan.folder:
+                    remove_leftovers(Path(self.plan.folder))
                 record_inapplicable(self.plan)
                 for record in record_unchecked(self.plan):
                     ledger.note(record)
