@@ -84,7 +84,9 @@ BAD = [  # arguments, what the sentence must contain
 ]
 
 
-@pytest.mark.parametrize(("arguments", "sentence"), BAD, ids=[arguments for arguments, _ in BAD])
+@pytest.mark.parametrize(
+    ("arguments", "sentence"), BAD, ids=[arguments[:60] for arguments, _ in BAD]
+)
 def test_bad_input_is_one_sentence_and_exit_code_2(command, folder, arguments, sentence):
     outcome = command(*arguments.split())
     assert outcome.code == 2

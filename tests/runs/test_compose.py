@@ -122,7 +122,7 @@ def test_names_of_folders_are_texts(folder, pair, campaign):
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        ("resolution: 4\nresolution: 5\n", "line 3: not valid YAML: the key resolution is there twice"),
+        ("resolution: 4\nresolution: 5\n", "line 2: not valid YAML: the key resolution is there twice"),
         ("campaign: true\n", "campaign = True: a name is needed, in quotes"),
         ("- resolution\n", "keys with values are needed"),
     ],

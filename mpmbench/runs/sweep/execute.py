@@ -18,6 +18,7 @@ from mpmbench.settings.schema import BadInput
 
 SUCCESS = ("ok", "not_applicable")
 INTERRUPTED = "stopped by the user or the system"
+LONGEST_PART = 255  # bytes of the name of a folder
 UNCHECKED = {"bad": "", "not_applicable": "", "memory": 0.0, "earlier": None}
 
 
@@ -130,12 +131,14 @@ def check_folder(folder: Path, what: str = "output_dir:") -> None:
     except UnicodeEncodeError:
         hint = "call it otherwise, or set LC_ALL=C.UTF-8"
         raise BadInput(f"{what} {str(folder)!a} has no name in {encoding}; {hint}") from None
+    if any(len(part.encode()) > LONGEST_PART for part in folder.parts):
+        raise BadInput(f"{what} file name too long: at most {LONGEST_PART} bytes are allowed")
     try:
         while not is_there(existing):
             existing = existing.parent
         existing.stat()
     except OSError as error:
-        link = " is a link:" if existing.is_symlink() else ":"
+        link = " is a link:" if isinstance(error, FileNotFoundError) else ":"
         raise BadInput(f"{what} {existing}{link} {str(error.strerror).lower()}") from None
     if not existing.is_dir():
         raise BadInput(f"{what} {existing} is not a folder")
