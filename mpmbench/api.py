@@ -16,6 +16,7 @@ import xarray as xr
 from mpmbench.results.campaign import Cube, cube_of
 from mpmbench.results.identity import result_path
 from mpmbench.runs.hydra import compose
+from mpmbench.runs.streams import forgiving
 from mpmbench.runs.sweep import session
 from mpmbench.runs.sweep.claims import run_once
 from mpmbench.runs.sweep.plan import make_plan
@@ -65,7 +66,8 @@ def run(*overrides: str, **settings: Any) -> xr.Dataset:
         raise BadInput(f"this combination does not apply: {cell.not_applicable}")
     file = result_path(cell.config)
     if plan.to_run:
-        record = run_once(cell.config, cell.stamp, progress(file.stem))
+        with forgiving():
+            record = run_once(cell.config, cell.stamp, progress(file.stem))
         if record is not None and record.unwritten:
             raise OSError(record.unwritten)
     return load(file)

@@ -20,6 +20,7 @@ FAULTS = (
     "none", "raise", "not_finite", "negative_volume", "lost_basis", "hang", "hang_in_setup", "segfault", "killed",
     "exit", "memory", "not_converged", "not_applicable", "slow", "once", "garbage", "no_text", "own_status",
     "children", "memory_of_child", "hang_in_check", "exit_in_check", "no_variable",
+    "long_garbage", "closed_pipe", "exit_silently", "long_text", "control_text", "recursion", "interrupt",
 )  # fmt: skip
 
 
@@ -100,6 +101,20 @@ class FailingBar(BarFixedEnds):
             raise Odd("in its own words")
         if self.fault == "garbage":
             write_to_all_sockets(b"\0\x10\0\0 this is no message \xff\n")
+        if self.fault == "long_garbage":
+            write_to_all_sockets(2**20 * b"\xff")
+        if self.fault == "closed_pipe":
+            os.closerange(3, 256)
+        if self.fault == "exit_silently":
+            os._exit(0)
+        if self.fault == "long_text":
+            raise ValueError(2**20 * "long ")
+        if self.fault == "control_text":
+            raise ValueError("\x1b[2J\r\n\x00 \udc80 <script>")
+        if self.fault == "recursion":
+            self.misbehave(X, t, b)
+        if self.fault == "interrupt":
+            raise KeyboardInterrupt
         if self.fault in ("children", "memory_of_child"):
             self.start_children()
         if self.fault == "slow":
