@@ -2,14 +2,17 @@
 
 from contextlib import contextmanager
 
+import psutil
 import pytest
+from hydra.core.hydra_config import HydraConfig
 
-from mpmbench.runs.hydra import compose
+from mpmbench.runs.hydra import compose, launch
 from mpmbench.runs.process import environment
 from mpmbench.runs.sweep import launchers, session
 from mpmbench.runs.sweep.ledger import Ledger
 from mpmbench.runs.sweep.plan import Cell, Plan
 from mpmbench.settings.schema import BadInput
+from tests.runs.conftest import start
 
 
 @contextmanager
@@ -86,3 +89,45 @@ def test_kernels_are_compiled_once_for_each_kind_of_run_and_again_when_that_fail
     assert sorted(compiled) == ["bspline", "linear"]
     launchers.warm_up(plan)
     assert sorted(compiled) == ["bspline", "bspline", "linear"]
+
+
+def test_a_worker_of_joblib_is_one_job_that_takes_runs_one_after_the_other(tmp_path, monkeypatch):
+    """Hydra keeps 0.1 MiB for each job until the end."""
+    pytest.importorskip("hydra_plugins.hydra_joblib_launcher")
+    done, jobs = [], []
+
+    class Launcher:
+        def launch(self, overrides, first):
+            jobs.extend(overrides)
+            for job in overrides:
+                HydraConfig.instance().set_config(self.config)
+                self.task_function(job)
+            return []
+
+    def instantiate(self, config, task_function, hydra_context):
+        launcher = Launcher()
+        launcher.config, launcher.task_function = config, task_function
+        return launcher
+
+    monkeypatch.setattr(launch.Plugins, "instantiate_launcher", instantiate)
+    names = [f"run{k}" for k in range(200)]
+    for _ in range(2):  # the second time as after the death of a worker
+        launch.launch(["hydra/launcher=joblib"], done.append, names, tmp_path, 2)
+        assert done == names and len(jobs) == 2
+        done.clear()
+        jobs.clear()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("launcher", ["basic", "joblib"])
+def test_a_command_does_not_grow_with_its_runs(folder, launcher):
+    process = start(
+        "-m", "resolution=4", "end_time=1e-5", "cfl=range(0.1,0.3,0.001)", f"hydra/launcher={launcher}"
+    )  # fmt: skip
+    sizes = []
+    for line in process.stdout:
+        if line.startswith("["):
+            sizes.append(psutil.Process(process.pid).memory_info().rss / 2**20)
+    assert process.wait() == 0 and len(sizes) == 200
+    print(launcher, sizes[50], sizes[-1])
+    assert sizes[-1] - sizes[50] < 150 * 0.03  # MiB

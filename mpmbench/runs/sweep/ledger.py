@@ -12,7 +12,7 @@ import socket
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -41,9 +41,11 @@ class Ledger:
         with suppress(OSError):
             self._place(f"{name}.running", {"fraction": fraction})
 
-    def ended(self) -> list[str]:
-        """Names of the runs that have ended, in this order."""
-        files = sorted(self.folder.glob("*.done"), key=lambda file: file.stat().st_mtime_ns)
+    def ended(self, known: Container[str] = ()) -> list[str]:
+        """Names of the runs that have ended, in this order, without those that are `known`."""
+        names = (Path(file.name) for file in os.scandir(self.folder) if file.name[0] != ".")
+        new = (file for file in names if file.suffix == ".done" and file.stem not in known)
+        files = sorted((self.folder / file for file in new), key=lambda one: one.stat().st_mtime_ns)
         return [file.stem for file in files]
 
     def record(self, name: str) -> Record:

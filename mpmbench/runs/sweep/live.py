@@ -5,7 +5,6 @@ import time
 from typing import Any
 
 from mpmbench.runs.sweep import display
-from mpmbench.runs.sweep.execute import Record
 from mpmbench.runs.sweep.ledger import Ledger
 from mpmbench.runs.sweep.plan import Plan
 from mpmbench.say import say, visible
@@ -25,7 +24,7 @@ class View:
     def __init__(self, ledger: Ledger) -> None:
         self.ledger = ledger
         self.plan = Plan()
-        self.shown: dict[str, Record] = {}
+        self.shown: dict[str, bool] = {}  # whether each run failed that has ended
         self.since: dict[str, float] = {}  # when each run was first seen under way
         self.began = 0.0
         self._ended = threading.Event()
@@ -70,8 +69,9 @@ class View:
         running = self.ledger.running()
         if not self.shown and not running:
             self.began = time.monotonic()  # kernels may be compiled first
-        for name in [name for name in self.ledger.ended() if name not in self.shown]:
-            record = self.shown[name] = self.ledger.record(name)
+        for name in self.ledger.ended(self.shown):
+            record = self.ledger.record(name)
+            self.shown[name] = record.failed
             line = display.line(record, len(self.shown), len(self.plan.to_run))
             if self._terminal is not None:
                 colour = "red" if record.failed else None
@@ -87,7 +87,7 @@ class View:
         """The lines at the bottom: totals, and the runs under way with how far each is."""
         now = time.monotonic()
         self.since = {name: self.since.get(name, now) for name in running}
-        failed = sum(record.failed for record in self.shown.values())
+        failed = sum(self.shown.values())
         done = f"{len(self.shown)} of {len(self.plan.to_run)} done"
         left = self.time_left(running)
         rest = f"{duration(now - self.began)} so far"
