@@ -6,6 +6,8 @@ import netCDF4
 import numpy as np
 
 from mpmbench.commands.rerun import relative_difference
+from mpmbench.runs.sweep import execute
+from tests.runs.conftest import start, waited
 
 
 def result_of(folder):
@@ -81,3 +83,29 @@ def test_relative_differences():
     assert relative_difference(a, np.array([1.0, -4.0, 0.0])) == np.inf
     assert relative_difference(a, a[:2]) == np.inf
     assert relative_difference(np.zeros(3), np.zeros(3)) == 0.0
+
+
+def test_limits_of_a_file_are_capped_by_the_machine_and_can_be_set(command, plugins, folder):
+    command("problem=failing_bar", "problem.fault=slow")
+    file = str(result_of(folder))
+    outcome = command("rerun", file, "limits.time=0.2")
+    assert outcome.code == 1
+    assert "status: ok -> timeout stopped at limits.time = 0.2 s" in outcome.out
+    assert "all else is the file's" in command("rerun", file, "seed=3").err
+    assert (
+        "limits.time = -1: a number greater than 0" in command("rerun", file, "limits.time=-1").err
+    )
+    largest = execute.limits_of({"limits": {"time": 1.0, "memory": 1e12}})["memory"]
+    assert largest == execute.limits_of({"limits": {"time": 1.0, "memory": None}})["memory"] < 1e9
+
+
+def test_a_rerun_that_is_terminated_leaves_nothing(command, plugins, folder, monkeypatch):
+    command("problem=failing_bar", "problem.fault=slow")
+    (folder / "temporary").mkdir()
+    monkeypatch.setenv("TMPDIR", str(folder / "temporary"))
+    process = start("rerun", str(result_of(folder)))
+    assert waited(lambda: list((folder / "temporary").glob("mpmbench-rerun-*")), 60)
+    process.terminate()
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 1 and errors.startswith("mpmbench: interrupted")
+    assert not list((folder / "temporary").glob("mpmbench-rerun-*"))
