@@ -175,10 +175,15 @@ STORIES: list[tuple[str, Tell, str]] = [
 ]
 
 
+def agrees(found: str, verdict: str) -> bool:
+    """Whether an answer is this one; where it holds in part, a part of the words is enough."""
+    whole = verdict in (HOLDS, FAILS)
+    return found == verdict if whole else found.startswith("holds in part: ") and verdict in found
+
+
 @pytest.mark.parametrize(("name", "tell", "verdict"), STORIES)
 def test_another_number_is_another_verdict(name: str, tell: Tell, verdict: str) -> None:
-    found = answer("wobbes2020", name, tell)
-    assert found == verdict or (":" in verdict and found.startswith(verdict))
+    assert agrees(answer("wobbes2020", name, tell), verdict)
 
 
 @pytest.mark.parametrize(
@@ -200,7 +205,7 @@ def test_grid_crossing(monkeypatch: Any, tell: Tell, floor: Any, verdict: str) -
     def known(campaign: str, quantity: str, match: dict[str, Any]) -> float | str:
         return 0 if campaign == "amplitude_floor" else tell(campaign, quantity, match)
 
-    assert answer("wobbes2020", "grid_crossing", known).startswith(verdict)
+    assert agrees(answer("wobbes2020", "grid_crossing", known), verdict)
 
 
 def row_of_particles(scatter: dict[str, float]) -> Any:
@@ -226,7 +231,7 @@ def test_piecewise_constant_stress(monkeypatch: Any, mpm: float, otm: float, ver
     """The scatter between cells is 0.5: 0.02 within them are 4 % of it."""
     fields = row_of_particles({"MPM-P1": mpm, "OTM-P1": otm})
     monkeypatch.setattr(plate, "fields", fields)
-    assert answer("wobbes2020", "piecewise_constant", values()).endswith(verdict)
+    assert agrees(answer("wobbes2020", "piecewise_constant", values()), verdict)
 
 
 @pytest.mark.parametrize(
@@ -244,7 +249,7 @@ def test_table_of_times(monkeypatch: Any, off: float, verdict: str) -> None:
     runs = ToldRuns(values())
     runs.campaigns = {"table1": SimpleNamespace()}  # type: ignore[dict-item]
     (claim,) = [claim for claim in find("wobbes2020").claims if claim.name == "table1"]
-    assert verdict in claim.answer(runs)[0]
+    assert agrees(claim.answer(runs)[0], verdict)
 
 
 def test_every_rule_has_two_stories() -> None:
