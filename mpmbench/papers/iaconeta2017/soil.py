@@ -18,7 +18,7 @@ from mpmbench.papers.kit import Campaigns, Chapter, cell
 from mpmbench.papers.parts import of_file, quantities, thinned, with_digits
 from mpmbench.report import style
 from mpmbench.report.evidence import MissingRuns
-from mpmbench.report.figures import name_axes, panels, single
+from mpmbench.report.figures import panels, single
 from mpmbench.report.tables import Cell
 from mpmbench.report.timing import clock_in
 
@@ -185,7 +185,9 @@ def _frame(figure: Figure, axes: np.ndarray) -> None:
     for (row, column), axis in np.ndenumerate(axes):
         axis.set(xlim=(0.0, 5.0), ylim=(0.0, 2.2), yticks=(0, 1, 2), aspect="equal")
         axis.tick_params(labelsize=6, labelbottom=row == len(axes) - 1, labelleft=column == 0)
-    name_axes(figure, "position $x_1$ [m]", "position $x_2$ [m]")
+    for axis in axes[-1]:  # a name below the figure would stand below its scale of colours
+        axis.set_xlabel("position $x_1$ [m]")
+    figure.supylabel("position $x_2$ [m]", size=8)
 
 
 def snapshot_at(times: np.ndarray, wanted: float) -> int | None:

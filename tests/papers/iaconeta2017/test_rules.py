@@ -101,6 +101,7 @@ def disk_runs(mpm=0.3, mls=0.2, lme=0.1, near=(0.1, 0.15), far=(0.1, 0.2), other
         ("lme_dynamic", {}, {"lme": 0.25}, "for the same gap of 1.41 h, the same gap of 2.12 h"),
         ("lme_dynamic", {"mixed_terms": True}, {"other": (0.09, 0.09)}, FAILS),
         ("lme_dynamic", {"weight": "gaussian"}, {"lme": 0.14}, HOLDS),
+        ("lme_dynamic", {"weight": "quartic_spline"}, {"other": ("diverged", 0.15)}, HOLDS),
         (
             "lme_dynamic",
             {"degree": 2},
