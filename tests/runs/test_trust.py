@@ -57,9 +57,12 @@ def test_workers_of_a_launcher_import_nothing_from_the_current_folder(tmp_path):
 def test_the_package_may_lie_in_the_current_folder(tmp_path):
     (tmp_path / "mpmbench").symlink_to(ROOT / "mpmbench")
     (tmp_path / "conf").symlink_to(ROOT / "conf")
-    command = [sys.executable, "-m", "mpmbench", "--version"]
+    (tmp_path / "hydra_plugins").mkdir()
+    (tmp_path / "hydra_plugins" / "ours.py").write_text("open('mark', 'w')")
+    command = [sys.executable, "-m", "mpmbench", "--cfg", "job"]
     places = {"PYTHONPATH": "", "PYTHONSAFEPATH": ""}
     assert subprocess.run(command, cwd=tmp_path, env=os.environ | places).returncode == 0
+    assert (tmp_path / "mark").exists()
 
 
 @pytest.mark.parametrize("before", (None, "", "1"))
