@@ -7,12 +7,12 @@ leaves its file, and what has been computed before is read instead of computed a
 import re
 import time
 from collections.abc import Callable, Iterable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from mpmbench.results import netcdf
 from mpmbench.results.campaign import Cube, cube_of
 from mpmbench.results.identity import result_path
 from mpmbench.runs.hydra import compose
@@ -70,7 +70,7 @@ def run(*overrides: str, **settings: Any) -> xr.Dataset:
             record = run_once(cell.config, cell.stamp, progress(file.stem))
         if record is not None and record.unwritten:
             raise OSError(record.unwritten)
-    return load(file)
+    return netcdf.load(file).assign_attrs(file=str(file))
 
 
 def sweep(*overrides: str, **settings: Any) -> Cube:
@@ -99,12 +99,6 @@ def sweep(*overrides: str, **settings: Any) -> Cube:
     of_this = session.Session(pairs)
     of_this.run()
     return cube_of(result_path(cell.config) for cell in of_this.plan.cells())
-
-
-def load(file: Path) -> xr.Dataset:
-    """A result file in memory; times stay numbers of seconds."""
-    with xr.open_dataset(file, engine="netcdf4", decode_cf=False) as stored:
-        return stored.load().assign_attrs(file=str(file))
 
 
 def progress(name: str) -> Callable[[float, float], None]:

@@ -16,7 +16,7 @@ from typing import Any
 import yaml
 
 from mpmbench.results.campaign import flat_settings
-from mpmbench.results.netcdf import read_attributes
+from mpmbench.results.netcdf import look
 from mpmbench.settings.files import read_yaml
 
 DIRECTIVE = re.compile(r"^# reproduce: bisect ([\w.]+) to ([\d.e-]+)$", re.MULTILINE)
@@ -84,8 +84,8 @@ def write_round(file: Path, campaign: str, cases: list[str], folder: Path) -> st
 
 
 def _runs(results: Path) -> Iterator[tuple[str, dict[str, Any], str]]:
-    """Name, settings by their dotted keys, and status of all runs in a folder."""
+    """Name, settings by their dotted keys, and status of all runs in a folder that are not damaged."""
     for file in sorted(results.glob("*.nc")):
-        attributes = read_attributes(file)
+        attributes, _ = look(file)
         if attributes is not None:
             yield file.name, flat_settings(attributes), attributes["status"]

@@ -14,7 +14,7 @@ import xarray as xr
 from mpmbench.commands.places import attributes_of, results_in
 from mpmbench.results.campaign import flat_settings
 from mpmbench.results.cells import csv_cell
-from mpmbench.results.netcdf import read_attributes, read_scalars
+from mpmbench.results.netcdf import load, look, read_scalars, unverified
 from mpmbench.results.one_move import in_one_move
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.execute import check_folder
@@ -67,22 +67,25 @@ def main(arguments: list[str]) -> int:
     if not source.exists():
         raise BadInput(f"export {source}: there is no such file or folder")
     if source.is_dir():
-        files = {file: read_attributes(file) for file in results_in("export", source)}
+        files = {file: look(file) for file in results_in("export", source)}
     else:
-        files = {source: attributes_of("export", source)}
-    readable = [file for file, attributes in files.items() if attributes is not None]
+        files = {source: (attributes_of("export", source), "")}
+    readable = {file: attributes for file, (attributes, _) in files.items() if attributes}
     target = (source if source.is_dir() else source.parent).absolute() / FOLDER
     check_folder(target, "export:")
-    for file in files:
-        if file not in readable:
-            say(f"left out: {file}: not a readable result")
+    for file, (attributes, damage) in files.items():
+        if attributes is None:
+            say(f"left out: {file}: {damage}")
+    told = unverified(file for file, attributes in readable.items() if not attributes["digest"])
+    if told:
+        say(told)
     written: list[Path] = []
     for file in readable:
-        with xr.open_dataset(file, decode_cf=False) as dataset:
-            written += vtk(dataset, target, file.stem) if "--vtk" in wanted else []
-            written += tables(dataset, target, file.stem) if "--csv" in wanted else []
+        dataset = load(file)
+        written += vtk(dataset, target, file.stem) if "--vtk" in wanted else []
+        written += tables(dataset, target, file.stem) if "--csv" in wanted else []
     if source.is_dir() and "--csv" in wanted:
-        written.append(overview(readable, target))
+        written.append(overview(list(readable), target))
     if not written:
         nothing = "there are no particles in it, since no run came to its end"
         raise BadInput(f"export {source}: {nothing}", exit_code=1)

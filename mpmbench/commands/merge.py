@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.commands.places import results_in
-from mpmbench.results.netcdf import read_attributes
+from mpmbench.results.netcdf import look, unverified
 from mpmbench.results.one_move import in_one_move
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.execute import check_folder
@@ -29,6 +29,7 @@ def main(arguments: list[str]) -> int:
     check_folder(target.absolute(), "merge:")
     target.mkdir(parents=True, exist_ok=True)
     done: dict[str, list[str]] = {"copied": [], "replaced": [], "kept": [], "left out": []}
+    taken: list[Path] = []
     for file in files:
         place = target / file.name
         verdict, about = judge(file, place)
@@ -36,8 +37,12 @@ def main(arguments: list[str]) -> int:
         if verdict in ("copied", "replaced"):
             with in_one_move(place) as unfinished:
                 shutil.copyfile(file, unfinished)
+            taken.append(place)
     for line in done["replaced"] + done["left out"]:
         say(line)
+    told = unverified(place for place in taken if not (look(place)[0] or {}).get("digest"))
+    if told:
+        say(told)
     counts = ", ".join(f"{len(lines)} {verdict}" for verdict, lines in done.items())
     say(f"{shorten(str(target.absolute()))}: {counts}")
     return 1 if done["left out"] else 0
@@ -45,12 +50,12 @@ def main(arguments: list[str]) -> int:
 
 def judge(file: Path, place: Path) -> tuple[str, str]:
     """What is to be done with a file whose place this is, and what is said about it."""
-    attributes = read_attributes(file)
+    attributes, damage = look(file)
     if attributes is None:
-        return "left out", f"{file}: not a readable result"
-    present = read_attributes(place)
+        return "left out", f"{file}: {damage}"
+    present, damage = look(place)
     if present is None:
-        return ("replaced", f"{place.name}: was not readable") if place.exists() else ("copied", "")
+        return ("replaced", f"{place.name}: {damage}") if damage else ("copied", "")
     if present["config_hash"] != attributes["config_hash"]:
         return "left out", f"{file}: another configuration has its name in {place.parent}"
     if worth(present) >= worth(attributes):

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from mpmbench.results.netcdf import read_attributes
+from mpmbench.results.netcdf import Damaged, read_attributes
 from mpmbench.settings.schema import BadInput
 
 
@@ -18,10 +18,8 @@ def results_in(command: str, folder: Path) -> list[Path]:
 
 
 def attributes_of(command: str, file: Path) -> dict[str, Any]:
-    """Attributes of a result file; raises `BadInput` when it is none."""
-    if not file.is_file():
-        raise BadInput(f"{command} {file}: there is no such file")
-    attributes = read_attributes(file)
-    if attributes is None:
-        raise BadInput(f"{command} {file}: not a readable result of mpmbench")
-    return attributes
+    """Attributes of a result file; raises `BadInput` when it is none, or damaged."""
+    try:
+        return read_attributes(file)
+    except Damaged as damaged:
+        raise BadInput(f"{command} {damaged}") from None

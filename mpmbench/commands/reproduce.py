@@ -34,8 +34,7 @@ from mpmbench.settings.schema import BadInput, did_you_mean, experiments
 
 AT_A_TIME = 2
 # A numerical failure is what some experiments are made to show: it is a result. These are not.
-NOT_RESULTS = ("crashed", "interrupted", "timeout", "out_of_memory", "unreadable")
-UNREADABLE = {"status": "unreadable", "reason": ""}
+NOT_RESULTS = ("crashed", "interrupted", "timeout", "out_of_memory", "damaged")
 SOURCES = (  # of runs, and of what makes them out of an experiment
     *(f"{room}/**/*.py" for room in ("core", "problems", "analysis", "case", "settings")),
     *("results/*.py", "runs/hydra/*.py", "runs/sweep/plan.py"),
@@ -240,12 +239,13 @@ def sweep(experiment: Experiment, name: str, pairs: list[str], environment: dict
 
 def without_result(experiment: Experiment, names: set[str]) -> Iterable[str]:
     """A line for every run that ended by accident rather than by its method."""
-    from mpmbench.results.netcdf import read_attributes
+    from mpmbench.results.netcdf import look
 
     if not names:
         yield f"{experiment.name}: no results"
     for name in sorted(names):
-        found = read_attributes(experiment.results / name) or UNREADABLE
+        found, damage = look(experiment.results / name)
+        found = found or {"status": "damaged", "reason": damage}
         if found["status"] in NOT_RESULTS:
             yield f"{experiment.name}: {name}: {found['status']}: {found['reason']}"
 

@@ -10,7 +10,7 @@ import xarray as xr
 
 from mpmbench.commands.places import attributes_of
 from mpmbench.results.identity import changed_files
-from mpmbench.results.netcdf import read_attributes
+from mpmbench.results.netcdf import Damaged, load, read_attributes, unverified
 from mpmbench.results.provenance import machine
 from mpmbench.runs.interrupts import terminated_like_interrupted
 from mpmbench.runs.process import isolation
@@ -25,7 +25,10 @@ from mpmbench.settings.schema import GROUPS, TOP_LEVEL, BadInput, did_you_mean, 
 # Largest difference, relative to the largest value of a field, that counts as rounding.
 ROUNDING = 1e-9
 CLOCKS = ("solver_time", "solver_cpu_time", "compile_time", "wall_time", "peak_memory")
-DERIVED = ("error_", "energy_drift", "momentum_drift")  # differences of what is compared anyway
+# What is a difference of others is rounded as they are, be it ever so small: errors and drifts by
+# the largest value of the field of their unit.
+DERIVED = ("error_", "energy_drift", "momentum_drift")
+FIELDS = {"m": "displacement", "m s-1": "velocity", "Pa": "stress", "kg m s-1": "momentum"}
 MACHINE = ("host", "cpu", "cpu_count", "operating_system")
 
 
@@ -49,13 +52,15 @@ def main(arguments: list[str]) -> int:
         config |= {"output_dir": folder, "campaign": "rerun"}
         execute.reasons_against([(config, "")])
         record = execute.run(config)
-        after = read_attributes(Path(record.file))
-        if after is None:
-            why = record.unwritten or "no result was written"
-            raise BadInput(f"rerun {file}: {why}", exit_code=1)
+        try:
+            after = read_attributes(Path(record.file))
+        except Damaged as damaged:
+            why = record.unwritten or damaged.reason
+            raise BadInput(f"rerun {file}: {why}", exit_code=1) from None
         verdict, details = compare(file, Path(record.file), before, after)
     say(f"{file.stem}: {verdict}")
-    for line in [*details, *what_changed(before, after, config)]:
+    told = unverified([] if before["digest"] else [file])
+    for line in filter(None, [*details, told, *what_changed(before, after, config)]):
         say(f"  {line}")
     return 0 if verdict in ("bitwise equal", "equal within rounding") else 1
 
@@ -100,7 +105,7 @@ def compare(
     if was not in LASTING:
         nothing = "which leaves nothing to compare"
         return "different", [f"status: {was} again, {nothing}: {reason}"]
-    old, new = xr.load_dataset(file, decode_cf=False), xr.load_dataset(again, decode_cf=False)
+    old, new = load(file), load(again)
     names = sorted({*map(str, old.variables), *map(str, new.variables)} - set(CLOCKS))
     equal, large = True, []
     for name in names:
@@ -111,16 +116,32 @@ def compare(
         if a.shape == b.shape and a.tobytes() == b.tobytes():
             continue
         equal = False
-        if not name.startswith(DERIVED):
-            difference = relative_difference(a, b)
-            if not difference <= ROUNDING:
-                large.append(f"{name}: differs by {difference:.2g} of its largest value")
+        size, called = scale_of(name, new)
+        difference = relative_difference(a, b, size)
+        if not difference <= ROUNDING:
+            large.append(f"{name}: differs by {difference:.2g} of {called}")
     verdict = "different" if large else "bitwise equal" if equal else "equal within rounding"
     return verdict, large
 
 
-def relative_difference(a: np.ndarray, b: np.ndarray) -> float:
-    """Largest difference over the largest value; infinite when shapes or not-a-numbers do not agree."""
+def scale_of(name: str, dataset: xr.Dataset) -> tuple[float, str]:
+    """The least size that a difference of a variable is compared with, and what it is the size of."""
+    unit = dataset[name].attrs.get("units", "1")
+    field = FIELDS.get(unit, "")
+    if not name.startswith(DERIVED):
+        return 0.0, "its largest value"
+    if unit == "1":
+        return 1.0, "one"
+    if field not in dataset or not dataset[field].size:
+        return 0.0, "its largest value"
+    return float(np.nanmax(np.abs(dataset[field].values))), f"the largest {field}"
+
+
+def relative_difference(a: np.ndarray, b: np.ndarray, least: float = 0.0) -> float:
+    """Largest difference over the largest value, or over the `least` size where that is larger.
+
+    It is infinite when shapes or not-a-numbers do not agree.
+    """
     if (
         a.shape != b.shape
         or not np.issubdtype(a.dtype, np.number)
@@ -129,7 +150,7 @@ def relative_difference(a: np.ndarray, b: np.ndarray) -> float:
         return np.inf
     if a.size == 0 or np.isnan(a).all():
         return 0.0
-    difference, scale = float(np.nanmax(np.abs(a - b))), float(np.nanmax(np.abs(a)))
+    difference, scale = float(np.nanmax(np.abs(a - b))), max(float(np.nanmax(np.abs(a))), least)
     return difference / scale if scale > 0.0 else (np.inf if difference > 0.0 else 0.0)
 
 

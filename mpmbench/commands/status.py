@@ -1,4 +1,7 @@
-"""The command ``status``: what is finished, stale, failed or missing."""
+"""The command ``status``: what is finished, stale, damaged, failed or missing.
+
+Every file is checked against its digest each time: that costs less than to open it.
+"""
 
 import json
 from collections import Counter
@@ -7,13 +10,13 @@ from typing import Any
 
 from mpmbench.core.registry import places, plugins_of
 from mpmbench.results.identity import changed_files, code_digests, code_hash
-from mpmbench.results.netcdf import read_attributes
+from mpmbench.results.netcdf import look
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.plan import make_plan, state_of
 from mpmbench.say import one_line, say
 from mpmbench.settings.schema import GROUPS, BadInput, options
 
-STATES = ("fresh", "stale", "untimed", "failed", "missing")
+STATES = ("fresh", "stale", "untimed", "damaged", "failed", "missing")
 
 
 def main(arguments: list[str]) -> int:
@@ -28,7 +31,7 @@ def main(arguments: list[str]) -> int:
     top = Path(arguments[0] if arguments else "results")
     if top.is_file():
         say(describe(top))
-        say(*str((read_attributes(top) or {}).get("traceback", "")).splitlines())
+        say(*str((look(top)[0] or {}).get("traceback", "")).splitlines())
         return 0
     if not top.is_dir():
         raise BadInput(f"status: there is no folder {top}")
@@ -44,9 +47,9 @@ def main(arguments: list[str]) -> int:
 
 def describe(file: Path) -> str:
     """One line about a result file."""
-    attributes = read_attributes(file)
+    attributes, damage = look(file)
     if attributes is None:
-        return f"{'unreadable':<11}{file.name}"
+        return f"{'damaged':<10} {file.stem:<46}{damage or 'it has just been removed'}"
     config = json.loads(attributes["config"])
     state = state_of(attributes, config, code_hash(code_digests(config)))
     if state == "missing":  # interrupted or crashed: to be run again, but there is a file
@@ -59,7 +62,8 @@ def describe(file: Path) -> str:
     outcome = attributes["status"] + (
         f": {one_line(attributes['reason'])}" if attributes["reason"] else ""
     )
-    return f"{state:<10} {file.stem:<46}{outcome}{changed}"
+    unverified = "" if attributes["digest"] else "  unverified: an older version wrote no digest"
+    return f"{state:<10} {file.stem:<46}{outcome}{changed}{unverified}"
 
 
 def missing_plugins(config: dict[str, Any]) -> str:
@@ -93,6 +97,8 @@ def of_sweep(arguments: list[str]) -> int:
         state, remark = cell.state, cell.not_applicable
         if cell.not_applicable:
             state = "does not apply"
+        elif state == "damaged":
+            remark = cell.damage
         elif state == "stale" and cell.earlier:
             remark = changed_since(cell.earlier, cell.config)
         say(f"{state:<16}{cell.name:<46}{remark}".rstrip())

@@ -21,6 +21,7 @@ from mpmbench.report.names import anchor, safe_name
 from mpmbench.report.series import Study, further_studies, orders_of, studies
 from mpmbench.report.tables import Table
 from mpmbench.report.timing import clock_of, compared, timings
+from mpmbench.results.netcdf import unverified
 from mpmbench.results.one_move import in_one_move
 from mpmbench.results.records import Campaign, read_campaign
 
@@ -303,6 +304,7 @@ def facts(campaigns: Collection[Campaign]) -> dict[str, Any]:
     return {
         "counts": dict(sorted(Counter(status).items())),
         "total": len(status),
+        "unverified": unverified(file for one in campaigns for file in one.unverified),
         "unreadable": {file: why for one in campaigns for file, why in one.unreadable.items()},
         "provenance": {key: sorted(values) for key, values in sorted(origin.items())},
         "interval_meaning": INTERVAL_MEANING,

@@ -59,7 +59,10 @@ def final_fields(study: Study) -> tuple[float, list[Field]]:
     }
     choice = affordable or {min(finest): finest[min(finest)]}
     most = max(len(group) for group in choice.values())
-    value = min((v for v, group in choice.items() if len(group) == most), key=lambda v: v**power)
+    value = min(
+        (v for v, group in choice.items() if len(group) == most),
+        key=lambda v: v if power > 0 else -v,
+    )
     shown: dict[tuple[str, str], int] = {}
     candidates: list[tuple[int, int, Series, str]] = []
     for one, file, _ in choice[value]:  # every method and basis before the second variant of any

@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 
 from mpmbench.results.bookkeeping import NOT_PART_OF_A_RUN, with_later
-from mpmbench.results.netcdf import read_scalars
-from mpmbench.settings.schema import GROUPS, BadInput
+from mpmbench.results.netcdf import Damaged, read_scalars, unverified
+from mpmbench.settings.schema import GROUPS
 from mpmbench.settings.trees import dotted
 from mpmbench.settings.words import in_yaml
 
@@ -76,7 +76,8 @@ def open_campaign(path: str | Path) -> Cube:
         ... as far as they vary, and others by their full key (``"material.density"``); what is the
         same for all runs is an attribute. The scalars are variables with their units, not-a-number
         where there is no run or no value. ``status`` (``"missing"`` where there is no run),
-        ``reason`` and ``file`` are variables too.
+        ``reason`` and ``file`` are variables too. A warning names each file that is damaged, and
+        tells how many are of an older version that wrote no digest.
 
     Raises
     ------
@@ -131,13 +132,16 @@ def cube_of(files: Iterable[Path]) -> Cube:
 
 
 def read_runs(files: Iterable[Path]) -> list[tuple[dict[str, Any], dict[str, Any], Path]]:
-    """Attributes, scalars and path of every readable result; warns about the others."""
+    """Attributes, scalars and path of every result that is not damaged; warns about the others."""
     runs = []
     for file in files:
         try:
             runs.append((*read_scalars(file), file))
-        except BadInput as error:
-            warnings.warn(f"left out: {error}", stacklevel=4)
+        except Damaged as damaged:
+            warnings.warn(f"left out: {damaged}", stacklevel=4)
+    told = unverified(file for attributes, _, file in runs if not attributes["digest"])
+    if told:
+        warnings.warn(told, stacklevel=4)
     return runs
 
 
@@ -175,10 +179,11 @@ def _same(key: str, settings: list[dict[str, Any]]) -> bool:
 
 
 def _sorted(values: set[Any]) -> list[Any]:
-    """Numbers in order, then words, then nothing."""
+    """Numbers in order, then words and lists, then nothing."""
 
     def place(value: Any) -> tuple[Any, ...]:
-        return value is None, isinstance(value, str), 0 if value is None else value
+        is_number = isinstance(value, (int, float))
+        return value is None, not is_number, value if is_number else str(value)
 
     return sorted(values, key=place)
 

@@ -1,28 +1,42 @@
-"""The result file: written whole or not at all, and read back."""
+"""The result file: written whole or not at all, and read back only when it is as it was written.
 
-import os
+Nothing else opens result files.
+"""
+
 import threading
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import netCDF4
 import numpy as np
 import xarray as xr
 
+from mpmbench.results import apart, digest, layout
 from mpmbench.results.one_move import in_one_move
 from mpmbench.results.timings import UNITS
-from mpmbench.settings.schema import BadInput
 
-STATUSES = (
-    "ok", "diverged", "broke_down", "not_converged", "timeout", "crashed", "out_of_memory", "interrupted",
-    "not_applicable",
-)  # fmt: skip
+Taken = TypeVar("Taken")
+Scalar = tuple[float, dict[str, str]]  # value, and its units and long name as far as it has them
 _one_at_a_time = threading.Lock()  # the HDF5 library crashes when two threads read
 HEADERS = 2**16  # bytes that a file holds besides its arrays, about
 
 
+class Damaged(Exception):
+    """A file that is no result, or not as it was written; `reason` says why without its name."""
+
+    def __init__(self, path: Path, reason: str) -> None:
+        printable = "".join(sign if sign.isprintable() else " " for sign in reason)
+        self.reason = " ".join(printable.split())
+        super().__init__(f"{path}: {self.reason}")
+
+
+class Missing(Damaged):
+    """A file that is not there."""
+
+
 def write(dataset: xr.Dataset, path: Path) -> None:
-    """Write `dataset` to `path`: under a temporary name, then moved into place.
+    """Write `dataset` with its digest to `path`: under a temporary name, then moved into place.
 
     Raises
     ------
@@ -30,11 +44,14 @@ def write(dataset: xr.Dataset, path: Path) -> None:
         When the folder or the disk cannot take it; the temporary file is gone and an older result
         is kept.
     """
+    text = {"long_name": "checked whenever this file is read"}
+    sealed = dataset.assign(
+        {digest.VARIABLE: xr.Variable((), np.bytes_(digest.EMPTY), text, {"char_dim_name": "text"})}
+    )
     with in_one_move(path) as temporary:
         try:
-            dataset.to_netcdf(temporary, engine="netcdf4")
-            with open(temporary, "rb+") as file:
-                os.fsync(file.fileno())
+            sealed.to_netcdf(temporary, engine="netcdf4")
+            digest.seal(temporary)
         except (OSError, RuntimeError) as error:  # the netCDF library hides that a disk is full
             raise refusal(temporary, dataset.nbytes) or OSError(str(error)) from None
 
@@ -48,15 +65,109 @@ def refusal(place: Path, size: int) -> OSError | None:
     return None
 
 
-def read_attributes(path: Path) -> dict[str, Any] | None:
-    """Attributes of a result file; None when it does not exist or is no result."""
+def read_attributes(path: Path) -> dict[str, Any]:
+    """Attributes of a result file: text, numbers and lists of numbers; timings always as lists.
+
+    ``digest`` is among them, empty for a file of an older version: what it holds is unverified.
+
+    Raises
+    ------
+    Damaged
+        When the file is no result of this program, was changed after it had been written, or is not
+        there (`Missing`).
+    """
+    return _read(path, lambda file: None)[0]
+
+
+def look(path: Path) -> tuple[dict[str, Any] | None, str]:
+    """Attributes of a result file, or why it is damaged; neither when there is no such file."""
     try:
-        with _one_at_a_time, netCDF4.Dataset(path) as file:
-            attributes = plain_attributes(file)
-    except OSError:
-        return None
-    is_result = "config_hash" in attributes and attributes.get("status") in STATUSES
-    return attributes if is_result else None
+        return read_attributes(path), ""
+    except Missing:
+        return None, ""
+    except Damaged as damaged:
+        return None, damaged.reason
+
+
+def read_scalars(path: Path) -> tuple[dict[str, Any], dict[str, Scalar]]:
+    """Attributes and scalar variables of a result file; raises like `read_attributes`."""
+
+    def take(file: netCDF4.Dataset) -> dict[str, Scalar]:
+        found = {}
+        for name, variable in layout.variables_of(file).items():
+            if variable.dimensions == () and layout.is_numeric(variable):
+                said = {key: variable.getncattr(key) for key in layout.labels_of(variable)}
+                found[name] = (float(variable[...]), said)
+        return found
+
+    return _read(path, take)
+
+
+def read_arrays(path: Path, wanted: Iterable[str]) -> dict[str, np.ndarray]:
+    """Those of the wanted variables that a result file has; raises like `read_attributes`."""
+
+    def take(file: netCDF4.Dataset) -> dict[str, np.ndarray]:
+        known = layout.variables_of(file)
+        return {name: known[name][...] for name in wanted if name in known}
+
+    return _read(path, take)[1]
+
+
+def load(path: Path) -> xr.Dataset:
+    """A whole result file in memory; times stay numbers of seconds; raises like `read_attributes`."""
+
+    def take(file: netCDF4.Dataset) -> xr.Dataset:
+        store = xr.backends.NetCDF4DataStore(file)
+        found = xr.open_dataset(store, decode_cf=False).drop_vars(digest.VARIABLE, errors="ignore")
+        return found.load()
+
+    return _read(path, take)[1]
+
+
+def unverified(files: Iterable[Any]) -> str:
+    """A sentence about files of an older version, which have no digest; empty without any."""
+    number = len(list(files))
+    those = f"{number} files have" if number > 1 else "one file has"
+    told = (
+        f"unverified: {those} no digest, since an older version of mpmbench wrote results without"
+    )
+    return told if number else ""
+
+
+def _read(path: Path, take: Callable[[netCDF4.Dataset], Taken]) -> tuple[dict[str, Any], Taken]:
+    """Attributes of a result file, and what `take` takes from it, once all of it has been checked."""
+    content = _content(path)
+    try:
+        with _one_at_a_time, netCDF4.Dataset(path.name, memory=content) as file:
+            file.set_auto_maskandscale(False)
+            attributes = plain_attributes(file) | {digest.VARIABLE: digest.stored(content)}
+            layout.check(attributes, file, len(content))
+            return attributes, take(file)
+    except layout.Unfit as error:
+        raise Damaged(path, str(error)) from None
+    except Exception as error:  # whatever the library makes of bytes that were never a result
+        raise Damaged(path, f"cannot be read as netCDF: {apart.said(error)}") from None
+
+
+def _content(path: Path) -> bytes:
+    """The bytes of a file, which fit their digest or are at least known to be readable."""
+    try:
+        if path.exists() and not path.is_file():  # to read a pipe would take for ever
+            raise Damaged(path, "is no file")
+        content = path.read_bytes()
+    except FileNotFoundError:
+        if path.is_symlink():
+            raise Damaged(path, "is a link to nothing") from None
+        raise Missing(path, "there is no such file") from None
+    except (OSError, MemoryError) as error:
+        raise Damaged(path, f"cannot be read: {getattr(error, 'strerror', error)}") from None
+    if not digest.stored(content):
+        reason = apart.fault(content)
+        if reason:
+            raise Damaged(path, f"cannot be read as netCDF: {reason}")
+    elif not digest.fits(content):
+        raise Damaged(path, "was changed after it had been written: its digest does not fit")
+    return content
 
 
 def plain_attributes(file: netCDF4.Dataset) -> dict[str, Any]:
@@ -65,27 +176,3 @@ def plain_attributes(file: netCDF4.Dataset) -> dict[str, Any]:
     numbers = {name: value.tolist() for name, value in found.items() if hasattr(value, "tolist")}
     timings = {name: np.atleast_1d(found.get(name, [])).tolist() for name in UNITS}
     return found | numbers | timings
-
-
-def read_scalars(path: Path) -> tuple[dict[str, Any], dict[str, tuple[Any, dict[str, str]]]]:
-    """Attributes and scalar variables (value and attributes) of a result file.
-
-    Raises
-    ------
-    BadInput
-        When the file cannot be read or is no result of this program.
-    """
-    try:
-        with _one_at_a_time, netCDF4.Dataset(path) as file:
-            attributes = plain_attributes(file)
-            scalars: dict[str, tuple[Any, dict[str, str]]] = {}
-            for name, variable in file.variables.items():
-                if variable.dimensions == ():
-                    value = np.ma.filled(variable[...].astype(float), np.nan)[()]
-                    known = [key for key in ("units", "long_name") if key in variable.ncattrs()]
-                    scalars[name] = (value, {key: str(variable.getncattr(key)) for key in known})
-    except (OSError, RuntimeError, ValueError) as error:
-        raise BadInput(f"{path}: cannot be read as netCDF: {error}") from None
-    if "config_hash" not in attributes:
-        raise BadInput(f"{path}: not a result of mpmbench")
-    return attributes, scalars

@@ -11,9 +11,9 @@ from typing import Any
 
 from mpmbench import __version__
 from mpmbench.results import identity
+from mpmbench.results.version import SCHEMA_VERSION
 from mpmbench.settings.files import PACKAGE
 
-SCHEMA_VERSION = 1  # raised when a variable or an attribute of the result file changes its meaning
 LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "xarray", "netCDF4", "hydra-core")
 
 

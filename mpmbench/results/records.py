@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
 from mpmbench.results.bookkeeping import with_later
+from mpmbench.results.layout import KINDS
+from mpmbench.results.netcdf import Damaged, Scalar, read_arrays, read_scalars
 from mpmbench.results.timings import load_of
 from mpmbench.settings.trees import dotted
 
@@ -24,9 +25,9 @@ ATTRIBUTES = (
     "timing_context",
     "reason",
     "config_hash",
+    "digest",
 )
 NUMBERS = ("resolution", "time_step", "particles_per_cell")
-KINDS = ("method", "basis", "material", "problem")
 PROVENANCE = (
     *("git_commit", "git_dirty", "code_hash"),
     *("python", "host", "cpu", "threads"),
@@ -41,7 +42,7 @@ BOOKKEEPING = {
 
 @dataclass(frozen=True)
 class Campaign:
-    """The result files of one folder.
+    """The result files of one folder, as far as they are as they were written.
 
     Attributes
     ----------
@@ -57,7 +58,7 @@ class Campaign:
     provenance : DataFrame
         Versions, commit and machine of each run; same index.
     unreadable : dict
-        Reason by name of each file that is no result file.
+        Reason by name of each file that is damaged or no result file.
     """
 
     folder: Path
@@ -79,13 +80,12 @@ class Campaign:
 
     def variables(self, file: str, wanted: Iterable[str]) -> dict[str, np.ndarray]:
         """Those of the wanted variables that the file has, loaded; snapshots keep their first axis."""
-        with open_result(self.folder / file) as dataset:
-            return {name: dataset[name].values for name in wanted if name in dataset}
+        return read_arrays(self.folder / file, wanted)
 
-
-def open_result(file: Path) -> xr.Dataset:
-    """One result file, opened lazily; values stay as they are stored (times in seconds)."""
-    return xr.open_dataset(file, engine="netcdf4", decode_cf=False, cache=False)
+    @property
+    def unverified(self) -> list[str]:
+        """Files of an older version, which have no digest that would tell whether they were changed."""
+        return [str(file) for file in self.runs.index if not self.runs.loc[file, "digest"]]
 
 
 def read_campaign(folder: Path) -> Campaign:
@@ -111,17 +111,20 @@ def read_campaign(folder: Path) -> Campaign:
     unreadable: dict[str, str] = {}
     for file in files:
         try:
-            with open_result(file) as dataset:
-                row, config = _row(dataset, units, names)
-                origin = {
-                    key: value
-                    for key, value in dataset.attrs.items()
-                    if key in PROVENANCE or key.endswith("version")
-                }
-        except (OSError, ValueError, KeyError, RuntimeError) as error:
-            unreadable[file.name] = (str(error) or type(error).__name__).splitlines()[0]
+            attributes, scalars = read_scalars(file)
+        except Damaged as damaged:
+            unreadable[file.name] = damaged.reason
             continue
-        rows[file.name], settings[file.name], provenance[file.name] = row, config, origin
+        rows[file.name] = _row(attributes, scalars)
+        settings[file.name] = _settings(attributes)
+        provenance[file.name] = {
+            key: value
+            for key, value in attributes.items()
+            if key in PROVENANCE or key.endswith("version")
+        }
+        for name, (_, said) in scalars.items():
+            units.setdefault(name, said.get("units", ""))
+            names.setdefault(name, said.get("long_name", name.replace("_", " ")))
     configurations, origins = _table(settings, object), _table(provenance, object)
     return Campaign(folder, _table(rows), configurations, units, names, origins, unreadable)
 
@@ -131,29 +134,22 @@ def _table(rows: dict[str, dict[str, Any]], dtype: Any = None) -> pd.DataFrame:
     return pd.DataFrame.from_dict(rows, orient="index", columns=columns, dtype=dtype)
 
 
-def _row(
-    dataset: xr.Dataset, units: dict[str, str], names: dict[str, str]
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Attributes and scalars of one file, and its flattened configuration."""
-    attributes = dataset.attrs
-    if "status" not in attributes:
-        raise ValueError("no attribute 'status': not a result file of mpmbench")
+def _row(attributes: dict[str, Any], scalars: dict[str, Scalar]) -> dict[str, Any]:
+    """Attributes and scalars of one file."""
     row: dict[str, Any] = {key: str(attributes.get(key, "")) for key in ATTRIBUTES}
     row |= {key: _number(attributes.get(key)) for key in NUMBERS}
     row["load"] = load_of(attributes)
-    for name, variable in dataset.data_vars.items():
-        if variable.ndim == 0 and np.issubdtype(variable.dtype, np.number):
-            row[str(name)] = float(variable.values)
-            units.setdefault(str(name), str(variable.attrs.get("units", "")))
-            said = variable.attrs.get("long_name", str(name).replace("_", " "))
-            names.setdefault(str(name), str(said))
-    config = with_later(json.loads(attributes.get("config", "{}")))
+    return row | {name: value for name, (value, _) in scalars.items() if name not in row}
+
+
+def _settings(attributes: dict[str, Any]) -> dict[str, Any]:
+    """Its flattened configuration."""
     settings = {
         key: str(value) if isinstance(value, list) else value  # so that they can be compared
-        for key, value in dotted(config).items()
+        for key, value in dotted(with_later(json.loads(attributes["config"]))).items()
         if key not in BOOKKEEPING and not key.startswith(("limits.", "hydra."))
     }
-    return row, settings | {"material": row["material"]}
+    return settings | {"material": str(attributes["material"])}
 
 
 def _number(value: Any) -> float:

@@ -14,6 +14,8 @@ import pytest
 import xarray as xr
 
 from mpmbench.report import page
+from mpmbench.results import netcdf
+from mpmbench.results.version import SCHEMA_VERSION
 
 MATERIAL = {"name": "linear_elastic", "young_modulus": 4000.0, "poisson_ratio": 0.0, "density": 1.0}
 UNITS = {
@@ -66,6 +68,7 @@ def make_run(
         "threads": 1,
         "seed": 0,
         "campaign": "synthetic",
+        "timing": "shared",
         "limits": {"time": 100.0, "memory": None},
     }
     text = json.dumps(config, sort_keys=True)
@@ -108,7 +111,7 @@ def make_run(
         variables |= _fields(particles, dimension, error)
     dataset = xr.Dataset(variables, coords={"time": ("time", times, {"units": "s"})})
     dataset.attrs = {
-        "schema_version": 1,
+        "schema_version": SCHEMA_VERSION,
         "status": status,
         "reason": reason,
         "config": text,
@@ -125,6 +128,7 @@ def make_run(
         "git_commit": "0" * 40,
         "git_dirty": "no",
         "code_hash": code_hash,
+        "code_files": "{}",
         "python": "3.11.9",
         "numpy_version": "2.0.0",
         "host": "synthetic",
@@ -134,9 +138,8 @@ def make_run(
         "timing_context": timing_context,
         "Conventions": "CF-1.11",
     }
-    folder.mkdir(parents=True, exist_ok=True)
     file = file or folder / f"{method}-{basis}-{problem}-n{resolution}-{digest[:8]}.nc"
-    dataset.to_netcdf(file, engine="netcdf4")
+    netcdf.write(dataset, file)
     return file
 
 
@@ -156,6 +159,7 @@ def _fields(particles: int, dimension: int, error: float) -> dict[str, Any]:
     zero = np.zeros_like(moved)
     layout = ("snapshot", "particle", "dim")
     return {
+        "snapshot_time": (("snapshot",), np.array([0.0, 1e-3]), {"units": "s"}),
         "position_initial": (("particle", "dim"), initial, {"units": "m"}),
         "position": (layout, moved, {"units": "m"}),
         "displacement": (layout, moved - initial, {"units": "m"}),

@@ -178,7 +178,7 @@ def test_campaign_without_any_result_still_reports_its_failures(tmp_path, write_
     (tmp_path / "broken.nc").write_bytes(b"")
     text = build(tmp_path).read_text()
     assert "velocity is not finite at step 12" in text
-    assert "1 file could not be read" in text and "broken.nc" in text
+    assert "1 file is damaged or no result, and left out" in text and "broken.nc" in text
 
 
 @pytest.mark.usefixtures("only_svg")

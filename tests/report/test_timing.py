@@ -1,6 +1,5 @@
 """Tables of times say whether the machine was busy, and go by the clock that it does not disturb."""
 
-import netCDF4
 import numpy as np
 import pytest
 
@@ -9,6 +8,7 @@ from mpmbench.report.timing import clock_of, timings
 from mpmbench.results.records import read_campaign
 from mpmbench.results.timings import Timings, mean_load
 from mpmbench.results.timings import timings as repeats_of
+from tests.support import edited
 
 WALL, CPU = {"mpm": 2.0, "otm": 8.0}, {"mpm": 1.0, "otm": 1.5}
 
@@ -20,7 +20,7 @@ def table(tmp_path, write_run):
     def make(load=None, cpu=True, context="exclusive"):
         for method in WALL:
             file = write_run(tmp_path, method, "linear", 8, timing_context=context, snapshot=False)
-            with netCDF4.Dataset(file, "a") as data:
+            with edited(file) as data:
                 data["solver_time"][...] = WALL[method]
                 if cpu:
                     data.createVariable("solver_cpu_time", "f8")[...] = CPU[method]
@@ -70,7 +70,7 @@ def test_times_of_runs_that_were_not_alone_are_indicative(table):
 def test_the_clock_goes_by_finished_runs(tmp_path, write_run):
     for status, load in (("ok", 1.0), ("diverged", 9.0)):
         file = write_run(tmp_path, "mpm" if status == "ok" else "otm", "linear", 8, status=status)
-        with netCDF4.Dataset(file, "a") as data:
+        with edited(file) as data:
             data.setncatts({"load_by_others": load, "steal": 0.0})
             if status == "ok":
                 data.createVariable("solver_cpu_time", "f8")[...] = 1.0

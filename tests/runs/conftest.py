@@ -17,6 +17,7 @@ MARK = "MPMBENCH_TESTS"  # in the environment of whatever these tests start
 os.environ[MARK] = str(os.getpid())
 STAYING = (
     "mpmbench.runs.process.server",
+    "mpmbench/results/apart.py",
     "resource_tracker",
 )  # children of the tests' own process that serve all of them
 _started: "list[subprocess.Popen[str]]" = []

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-import xarray as xr
 
 from mpmbench.report import tables
 from mpmbench.report.series import order_of, studies
+from mpmbench.results import netcdf
 from mpmbench.results.records import read_campaign
 from mpmbench.runs.sweep import ledger
 from tests.runs.conftest import start, waited
@@ -79,19 +79,15 @@ def cells(folder: Path) -> dict[str, list[list[str]]]:
 def check_files(folder: Path, undisturbed: Path) -> None:
     """Every file is a whole result, and those that say so hold what an undisturbed run gives."""
     for file in folder.glob("*.nc"):
-        with xr.open_dataset(file, decode_cf=False) as dataset:
-            assert dataset.attrs["status"] in ("ok", "crashed", "interrupted"), (
-                file,
-                dataset.attrs["reason"],
-            )
-            if dataset.attrs["status"] == "ok":
-                with xr.open_dataset(undisturbed / file.name, decode_cf=False) as expected:
-                    assert set(expected.variables) == set(dataset.variables)
-                    for name in set(expected.variables) - set(CLOCKS):
-                        assert np.array_equal(dataset[name], expected[name], equal_nan=True), (
-                            file,
-                            name,
-                        )
+        dataset = netcdf.load(file)
+        status, reason = dataset.attrs["status"], dataset.attrs["reason"]
+        assert status in ("ok", "crashed", "interrupted"), (file, reason)
+        if status == "ok":
+            expected = netcdf.load(undisturbed / file.name)
+            assert set(expected.variables) == set(dataset.variables)
+            for name in set(expected.variables) - set(CLOCKS):
+                equal = np.array_equal(dataset[name], expected[name], equal_nan=True)
+                assert equal, (file, name)
 
 
 def victims(session: str, command: "subprocess.Popen[str]") -> dict[str, list[int]]:

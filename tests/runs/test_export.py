@@ -134,7 +134,9 @@ def test_what_cannot_be_exported_is_said(campaign, command, folder):
         outcome = command("export", *arguments)
         assert outcome.code == 2 and sentence in outcome.err and outcome.err.count("\n") == 1
     (folder / "broken.nc").write_bytes(b"CDF\x01")
-    assert "not a readable result" in command("export", "broken.nc", "--csv").err
+    assert (
+        "export broken.nc: cannot be read as netCDF" in command("export", "broken.nc", "--csv").err
+    )
     empty = next(
         file for file in campaign.glob("*.nc") if netCDF4.Dataset(file).status == "not_applicable"
     )

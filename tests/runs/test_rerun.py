@@ -2,12 +2,14 @@
 
 import json
 
-import netCDF4
 import numpy as np
+import pytest
 
-from mpmbench.commands.rerun import relative_difference
+from mpmbench.commands.rerun import compare, relative_difference
+from mpmbench.results import netcdf
 from mpmbench.runs.sweep import execute
 from tests.runs.conftest import start, waited
+from tests.support import edited, small
 
 
 def result_of(folder):
@@ -32,12 +34,12 @@ def test_a_run_again_is_bitwise_equal_and_leaves_nothing(command, folder):
 def test_rounding_and_real_differences_are_told_apart(command, folder):
     command("resolution=4")
     file = result_of(folder)
-    with netCDF4.Dataset(file, "a") as dataset:
+    with edited(file) as dataset:
         dataset["velocity"][...] *= 1.0 + 1e-13
         dataset["error_velocity_rms"][...] *= 1.0 + 1e-8  # a difference of what hardly differs
     outcome = command("rerun", str(file))
     assert (outcome.code, "equal within rounding" in outcome.out) == (0, True)
-    with netCDF4.Dataset(file, "a") as dataset:
+    with edited(file) as dataset:
         dataset["stress"][-1, 3] += 1e-6
         dataset.host, dataset.numpy_version, dataset.threads = "another", "1.0", 7
         code = json.loads(dataset.code_files)
@@ -72,7 +74,7 @@ def test_an_unknown_plugin_and_files_that_are_no_results(command, folder, plugin
         in outcome.err
     )
     (folder / "broken.nc").write_bytes(file.read_bytes()[:3000])
-    assert "not a readable result" in command("rerun", "broken.nc").err
+    assert "rerun broken.nc: cannot be read as netCDF" in command("rerun", "broken.nc").err
     assert "no such file" in command("rerun", "nowhere.nc").err
 
 
@@ -109,3 +111,34 @@ def test_a_rerun_that_is_terminated_leaves_nothing(command, plugins, folder, mon
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 1 and errors.startswith("mpmbench: interrupted")
     assert not list((folder / "temporary").glob("mpmbench-rerun-*"))
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "judged"),
+    (
+        ("error_displacement_rms", 2.0, "differs by 0.001 of the largest displacement"),
+        ("error_displacement_relative", 2.0, "differs by 0.01 of one"),
+        ("momentum_drift", 2.0, "differs by 0.002 of the largest momentum"),
+        ("error_density", 2.0, "differs by 1 of its largest value"),
+        ("error_displacement_rms", 1.0 + 1e-7, ""),  # a difference of what differs by rounding
+        ("displacement", 1.0 + 1e-7, "differs by 1e-07 of its largest value"),
+    ),
+)
+def test_errors_are_judged_by_the_size_of_what_they_are_errors_of(tmp_path, name, factor, judged):
+    values = {
+        "displacement": (("snapshot", "particle", "dim"), np.full((1, 2, 1), 1e-2), "m"),
+        "momentum": (("time", "dim"), np.array([[0.5], [-1.0]]), "kg m s-1"),
+        "error_displacement_rms": ((), 1e-5, "m"),
+        "error_displacement_relative": ((), 1e-2, "1"),
+        "momentum_drift": ((), 2e-3, "kg m s-1"),
+        "error_density": ((), 1e-4, "kg m-2"),
+    }
+    stored = {key: (dims, value, {"units": unit}) for key, (dims, value, unit) in values.items()}
+    netcdf.write(small().assign(stored), tmp_path / "old.nc")
+    dims, value, unit = values[name]
+    stored[name] = (dims, value * factor, {"units": unit})
+    netcdf.write(small().assign(stored), tmp_path / "new.nc")
+    how = {"status": "ok", "reason": ""}
+    verdict, details = compare(tmp_path / "old.nc", tmp_path / "new.nc", how, how)
+    assert details == ([f"{name}: {judged}"] if judged else [])
+    assert verdict == ("different" if judged else "equal within rounding")

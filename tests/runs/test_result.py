@@ -1,4 +1,4 @@
-"""A result file is there whole or not at all."""
+"""A result file is there whole or not at all, and read only when it is as it was written."""
 
 import os
 import re
@@ -12,11 +12,9 @@ import pytest
 import xarray as xr
 
 from mpmbench.results import netcdf, one_move
-from mpmbench.settings.schema import BadInput
+from tests.support import small
 
-DATASET = xr.Dataset(
-    {"value": ((), 1.0, {"units": "m"})}, attrs={"status": "ok", "config_hash": "abc"}
-)
+DATASET = small()
 
 
 def test_a_write_that_fails_keeps_the_older_result_and_leaves_nothing(tmp_path, monkeypatch):
@@ -68,8 +66,9 @@ netcdf.write(xarray.Dataset(), Path({str(tmp_path / "run.nc")!r}))
 def test_a_broken_file_is_no_result(tmp_path, content):
     path = tmp_path / "run.nc"
     path.write_bytes(content)
-    assert netcdf.read_attributes(path) is None
-    with pytest.raises(BadInput, match="cannot be read"):
+    attributes, reason = netcdf.look(path)
+    assert attributes is None and reason.startswith("cannot be read as netCDF: ")
+    with pytest.raises(netcdf.Damaged, match=r"run\.nc: cannot be read"):
         netcdf.read_scalars(path)
 
 
@@ -77,9 +76,8 @@ def test_a_foreign_file_is_no_result(tmp_path):
     path = tmp_path / "run.nc"
     with netCDF4.Dataset(path, "w") as file:
         file.title = "weather"
-    assert netcdf.read_attributes(path) is None
-    with pytest.raises(BadInput, match="not a result of mpmbench"):
-        netcdf.read_scalars(path)
+    assert netcdf.look(path) == (None, "not a result of mpmbench")
+    assert netcdf.look(tmp_path / "nowhere.nc") == (None, "")
 
 
 def test_a_full_disk_is_named_and_ends_with_exit_code_1(command, folder, monkeypatch):

@@ -12,7 +12,7 @@ import pandas as pd
 from mpmbench.commands.compare.aspect import accuracy, failures, orders
 from mpmbench.commands.compare.speed import speed
 from mpmbench.results.campaign import flat_settings
-from mpmbench.results.netcdf import read_attributes
+from mpmbench.results.netcdf import read_attributes, unverified
 from mpmbench.results.records import Campaign, read_campaign
 from mpmbench.say import say
 from mpmbench.settings.schema import BadInput
@@ -56,23 +56,28 @@ def main(arguments: list[str]) -> int:
 
 
 def read(folder: Path) -> Campaign:
-    """The results of a folder, by configuration instead of by name."""
+    """The results of a folder, one for each configuration."""
     try:
         campaign = read_campaign(folder)
     except FileNotFoundError as error:
         raise BadInput(f"compare: {error}") from None
     for name, reason in campaign.unreadable.items():
         say(f"left out: {folder / name}: {reason}")
-    return campaign
+    told = unverified(campaign.unverified)
+    if told:
+        say(f"{folder}: {told}")
+    if campaign.runs.empty:
+        return campaign
+    again = campaign.runs.config_hash.duplicated()
+    for name in campaign.runs.index[again]:
+        say(f"left out: {folder / name}: another file has the same configuration")
+    return campaign.only(~again)
 
 
 def not_comparable(before: Campaign, after: Campaign) -> str:
     """Why two campaigns cannot be compared; empty when they can."""
     if before.runs.empty or after.runs.empty:
         return "one of them has no readable result"
-    a, b = (set(campaign.provenance.get("schema_version", ())) for campaign in (before, after))
-    if a != b:
-        return f"their files have different versions ({', '.join(map(str, sorted(a | b)))})"
     if not set(before.runs.config_hash) & set(after.runs.config_hash):
         files = (before.runs.index, after.runs.index)
         return f"no configuration is in both; they differ in {differing(before, after, *files)}"
@@ -85,11 +90,7 @@ def differing(before: Campaign, after: Campaign, old: pd.Index, new: pd.Index) -
     If there are none, those of which any value is in one only.
     """
     sides = [
-        [
-            flat_settings(found)
-            for file in files
-            if (found := read_attributes(campaign.folder / file))
-        ]
+        [flat_settings(read_attributes(campaign.folder / file)) for file in files]
         for campaign, files in ((before, old), (after, new))
     ]
     values = {

@@ -74,7 +74,7 @@ def comparable(before: Campaign, after: Campaign, run: pd.Series) -> tuple[str, 
         values = [f"{key}: {origins[0].get(key)}, {origins[1].get(key)}" for key in differing]
         return f"on different machines ({'; '.join(values)})", None
     files = [before.folder / run.file_a, after.folder / run.file_b]
-    pair = tuple(timings(read_attributes(file) or {}) for file in files)
+    pair = tuple(timings(read_attributes(file)) for file in files)
     if not all(len(one.wall) and (one.wall > 0.0).all() for one in pair):
         return "not timed alone (timing=exclusive)", None
     return "", pair

@@ -10,7 +10,8 @@ from mpmbench.report import style
 from mpmbench.report.figures import log_ticks, single
 from mpmbench.report.tables import Cell, median
 from mpmbench.report.timing import Clock, clock_of
-from mpmbench.results.records import Campaign, open_result
+from mpmbench.results.netcdf import read_attributes
+from mpmbench.results.records import Campaign
 from mpmbench.results.timings import timings
 
 CELLS = {31: "32 nodes", 511: "512 nodes"}
@@ -50,8 +51,7 @@ def _times(
     match = method(name, resolution=cells, status="ok", timing_context="exclusive")
     found = subset(campaign, **match, **searched(name, search)).runs
     file = str(found.index[0])
-    with open_result(campaign.folder / file) as dataset:
-        repeats = timings(dataset.attrs)
+    repeats = timings(read_attributes(campaign.folder / file))
     times = repeats.wall if clock.quantity == TIME else repeats.cpu
     return file, times if len(times) else found[clock.quantity].to_numpy()[:1]
 

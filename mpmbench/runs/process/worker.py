@@ -17,6 +17,7 @@ from mpmbench.case.output import scalar
 from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.core.registry import BrokenPlugin
 from mpmbench.results import netcdf
+from mpmbench.results.layout import STATUSES
 from mpmbench.results.provenance import library_versions
 from mpmbench.results.timings import SAID, UNITS
 from mpmbench.runs.process.exclusive import undisturbed_since
@@ -59,7 +60,7 @@ def check(line: Line, cells: list[tuple[dict[str, Any], str, str]]) -> None:
         except BaseException as error:  # sys.exit too
             name = Path(target).stem
             answer["bad"] = f"{name}: the check of this configuration failed: {explain(error)}"
-        answer["earlier"] = netcdf.read_attributes(Path(target))
+        answer["earlier"], answer["damage"] = netcdf.look(Path(target))
         line.send(("part", answer))
 
 
@@ -98,10 +99,10 @@ def run(
 
 def read(target: str) -> tuple[dict[str, Any], dict[str, tuple[float, str]]] | None:
     """Attributes and scalars, with their units, of a result; None when there is none."""
-    attributes = netcdf.read_attributes(Path(target))
-    if attributes is None:
+    try:
+        attributes, scalars = netcdf.read_scalars(Path(target))
+    except netcdf.Damaged:
         return None
-    _, scalars = netcdf.read_scalars(Path(target))
     return attributes, {
         name: (value, said.get("units", "")) for name, (value, said) in scalars.items()
     }
@@ -138,7 +139,7 @@ def solve(config: dict[str, Any], progress: Any) -> xr.Dataset:
 def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict[str, Any]:
     """Add the attributes that the case did not set, write the file and summarise it."""
     own = {key: value for key, value in dataset.attrs.items() if value is not None}
-    if own.get("status", "ok") not in netcdf.STATUSES:  # a plug-in's own
+    if own.get("status", "ok") not in STATUSES:  # a plug-in's own
         own |= {"status": "crashed", "reason": f"{own['status']}: {own.get('reason', '')}"}
     dataset.attrs = {"reason": "", **attributes, **library_versions(), **own}
     unwritten = ""

@@ -19,7 +19,7 @@ from mpmbench.settings.schema import BadInput
 SUCCESS = ("ok", "not_applicable")
 INTERRUPTED = "stopped by the user or the system"
 LONGEST_PART = 255  # bytes of the name of a folder
-UNCHECKED = {"bad": "", "not_applicable": "", "memory": 0.0, "earlier": None}
+UNCHECKED = {"bad": "", "not_applicable": "", "memory": 0.0, "earlier": None, "damage": ""}
 
 
 @dataclass

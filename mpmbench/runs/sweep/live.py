@@ -34,6 +34,9 @@ class View:
     def begin(self, plan: Plan) -> None:
         """Say what is planned, and start to follow."""
         say(display.plan_line(plan))
+        for cell in plan.cells():
+            if cell.damage:
+                say(f"damaged, to be computed again: {cell.name}: {cell.damage}")
         differing = display.comparison(plan)
         if differing and plan.to_run:
             say(*differing.splitlines())

@@ -15,7 +15,7 @@ from mpmbench.settings.schema import GROUPS
 # The same code would fail the same way again; whatever else failed may have been the machine's or
 # the user's doing.
 LASTING = ("ok", "diverged", "broke_down", "not_converged", "not_applicable")
-INCOMPLETE = ("missing", "stale", "untimed")
+INCOMPLETE = ("missing", "stale", "untimed", "damaged")
 RERUN = {
     "missing": INCOMPLETE,
     "failed": (*INCOMPLETE, "failed"),
@@ -31,8 +31,9 @@ class Cell:
     config: dict[str, Any]
     not_applicable: str = ""
     earlier: dict[str, Any] | None = None  # attributes of the file of an earlier run
+    damage: str = ""  # what is wrong with that file, if it is not as it was written
     work: float = 1.0  # estimated, in units that only comparison gives a meaning
-    state: str = "missing"  # missing, stale, untimed, failed, fresh: what its file is worth now
+    state: str = "missing"  # or stale, untimed, damaged, failed, fresh: what its file is worth now
     stamp: Any = None  # of its file when it was planned
     unchecked: Ended | None = None  # how the process came to its end that should check it
 
@@ -79,6 +80,7 @@ def make_plan(combinations: Iterable[tuple[dict[str, Any], str]]) -> Plan:
     plan, code_of = Plan(), codes()
     for cell, answer in zip(cells.values(), answers, strict=True):
         cell.not_applicable, cell.earlier = answer["not_applicable"], answer["earlier"]
+        cell.damage = answer["damage"]
         cell.stamp = stamp_of(result_path(cell.config))
         cell.unchecked = answer.get("unchecked")
         if cell.unchecked is not None:
@@ -89,6 +91,8 @@ def make_plan(combinations: Iterable[tuple[dict[str, Any], str]]) -> Plan:
             plan.not_applicable.append(cell)
             continue
         cell.state = state_of(cell.earlier, cell.config, code_of(cell.config))
+        if cell.damage:
+            cell.state = "damaged"
         run_it = cell.state in RERUN[cell.config["rerun"]]
         (plan.to_run if run_it else plan.finished).append(cell)
     if cells:
@@ -138,7 +142,8 @@ def state_of(earlier: dict[str, Any] | None, config: dict[str, Any], code: str) 
     status = earlier["status"]
     if status == "timeout" or status == "out_of_memory":
         before = json.loads(earlier["config"])["limits"]
-        raised = any((config["limits"][key] or 2**60) > (before[key] or 2**60) for key in before)
+        now = config["limits"]
+        raised = any((now.get(key) or 2**60) > (before[key] or 2**60) for key in before)
         return "missing" if raised else "failed"
     if status not in LASTING:
         return "missing"

@@ -5,7 +5,6 @@ import json
 import re
 from pathlib import Path
 
-import netCDF4
 import numpy as np
 import pytest
 import yaml
@@ -33,6 +32,7 @@ from mpmbench.results import completion
 from mpmbench.runs.hydra import compose
 from mpmbench.settings import schema
 from tests.core import support
+from tests.support import edited
 
 ROOT = Path(__file__).parents[3]
 EXPERIMENTS = ROOT / "experiments" / "wobbes2020"
@@ -199,7 +199,7 @@ def test_table_of_times_pairs_the_repeats(tmp_path, write_run):
         file = write_run(
             tmp_path / "table1", method, "linear", 31, mass=mass, settings=settings, snapshot=False
         )
-        with netCDF4.Dataset(file, "a") as data:
+        with edited(file) as data:
             data.solver_times = times
     found, files = table1.ratios(read_campaigns(tmp_path)["table1"], "OTM-P1", 31)
     assert np.allclose(found, 1.5) and len(found) == 2 and len(files) == 2
@@ -371,7 +371,7 @@ def test_bisection_halves_the_interval_of_each_case_and_stops(tmp_path, write_ru
         path = write_run(
             tmp_path / "runs", method, status=status, snapshot=False, constant=cfl, time_step=cfl
         )
-        with netCDF4.Dataset(path, "a") as data:
+        with edited(path) as data:
             data.config = json.dumps(json.loads(data.config) | {"cfl": cfl})
 
     for method in ("mpm", "otm"):
@@ -392,7 +392,7 @@ def test_stability_table_reads_the_bracket(tmp_path, write_run):
         path = write_run(
             folder, "mpm", resolution=16, status=status, time_step=step, snapshot=False
         )
-        with netCDF4.Dataset(path, "a") as data:
+        with edited(path) as data:
             data.config = json.dumps(json.loads(data.config) | {"cfl": cfl})
     row = survival.stability_table(read_campaigns(tmp_path)["stability"]).rows[0]
     limit = 1e-3 * survival.WAVE_SPEED * 16
