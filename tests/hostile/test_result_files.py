@@ -10,8 +10,10 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import markupsafe
 import netCDF4
 import numpy as np
 import pytest
@@ -54,14 +56,22 @@ Change = Callable[[netCDF4.Dataset], None]
 
 @pytest.fixture(autouse=True)
 def _quick(monkeypatch) -> None:
-    """Nothing is computed, and figures are drawn in one format."""
+    """Nothing is computed, and the figures of one folder in ten are drawn, in one format."""
+    draw = page.Writer.picture
+    blank = markupsafe.Markup("<svg></svg>")
+
+    def picture(writer: page.Writer, name: str, title: str, caption: str, figure: Any) -> Any:
+        if writer.target.parent.name.endswith("0"):
+            return draw(writer, name, title, caption, figure)
+        return page.Picture(name, title, caption, blank)
 
     def enough(*arguments: Any, **named: Any) -> None:
         raise BadInput("this is far enough")
 
-    monkeypatch.setattr(execute, "check", enough)
+    monkeypatch.setattr(execute, "reasons_against", enough)
     monkeypatch.setattr(execute, "run", enough)
     monkeypatch.setattr(isolation.processes, "warm_up", lambda: None)
+    monkeypatch.setattr(page.Writer, "picture", picture)
     monkeypatch.setattr(page, "FORMATS", {"svg": page.FORMATS["svg"]})
 
 
@@ -260,7 +270,7 @@ def damage(content: bytes) -> bytes:
     if kind == 0:
         return content[:at]
     if kind == 1:
-        out[at : at + 512] = bytes(len(out[at : at + 512]))
+        out[at : at + 512] = bytes(255 - byte for byte in out[at : at + 512])
     elif kind == 2:
         for _ in range(50):
             out[random.randrange(len(out))] = random.randrange(256)
@@ -291,7 +301,9 @@ def test_damaged_files(tmp_path, counts, age):
             file.write_bytes(damage(source.read_bytes()))
         reasons = {file: netcdf.look(file)[1] for file in files}
         told = try_all(folder, base, wrong)
-        answers = worker.check([(config, "not now", str(file)) for file in files])
+        answers: list[dict[str, Any]] = []
+        line = SimpleNamespace(send=lambda part, answers=answers: answers.append(part[1]))
+        worker.check(line, [(config, "not now", str(file)) for file in files])
         for file, answer in zip(files, answers, strict=True):
             texts = [*told.values()] if reasons[file] else []
             is_named = all(file.name in text or file.stem in text for text in texts)
