@@ -19,6 +19,7 @@ import pytest
 
 from mpmbench import papers
 from mpmbench.report import build, page
+from mpmbench.results import digest
 from mpmbench.results.records import read_campaign
 from tests.report.conftest import make_run
 from tests.report.test_hostile_files import ELEMENTS, LINK, Page
@@ -85,6 +86,7 @@ def poison(file: Path, payload: str, value: float, problem: str) -> Path:
                 continue
         for variable in stored.variables.values():
             variable.setncatts({"units": payload, "long_name": payload})
+    digest.seal(file)  # who makes a file makes its digest
     # The library reads no names with a backslash; those that begin with a dot are temporary files.
     stem = re.sub(r"[/\\]", "|", payload).encode()[:150].decode(errors="ignore")
     return file.rename(file.with_name(f"r{stem}{file.name}"))
