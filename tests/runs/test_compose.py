@@ -3,8 +3,10 @@
 import pytest
 from hydra import compose
 
+from mpmbench.results.identity import result_path
 from mpmbench.runs.hydra.compose import compose_many, compose_sweep, composing, expand
 from mpmbench.runs.hydra.composer import resolved
+from mpmbench.runs.sweep.display import shorten
 from mpmbench.settings.arguments import split
 from mpmbench.settings.schema import BadInput
 
@@ -136,3 +138,21 @@ def test_what_is_wrong_in_an_experiment_is_one_sentence(folder, monkeypatch, con
         compose_many([["experiments=mine"]])
     ((config, _),) = compose_many([["experiments=marked"]])  # with a byte order mark
     assert config["seed"] == 3
+
+
+def test_the_name_of_a_file_fits_on_a_disk():
+    ((config, _), (other, _)) = compose_many([[], ["seed=1"]])
+    config["problem"]["name"] = other["problem"]["name"] = 300 * "ü"
+    names = {result_path(one).name for one in (config, other)}
+    assert len(names) == 2 and all(len(name.encode()) < 215 for name in names)
+
+
+def test_a_folder_that_is_removed_while_something_runs_keeps_its_name(folder, monkeypatch):
+    (folder / "gone").mkdir()
+    monkeypatch.chdir(folder / "gone")
+    ((config, _),) = compose_many([[]])
+    before = result_path(config)
+    (folder / "gone").rmdir()
+    assert result_path(config) == before
+    assert shorten(str(before)) == f"results/default/{before.name}"
+    monkeypatch.chdir(folder)
