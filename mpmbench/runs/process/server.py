@@ -51,7 +51,8 @@ def main(descriptor: int, parent: int) -> None:
         finally:
             signal.signal(signal.SIGTERM, signal.SIG_IGN)
             for child in list(children):
-                end_group(child, children)
+                with suppress(ChildProcessError):  # it had been waited for
+                    end_group(child, children)
     os._exit(0)
 
 
