@@ -20,6 +20,9 @@ FLAGS = {
     "--multirun": 0, "-m": 0, "--run": 0, "-r": 0, "--resolve": 0, "--hydra-help": 0, "--shell-completion": 0, "-sc": 0,
     "--cfg": 1, "-c": 1, "--package": 1, "-p": 1, "--info": 1, "-i": 1,
 }  # fmt: skip
+CFG = ("job", "hydra", "all")
+INFO = ("all", "config", "defaults", "defaults-tree", "plugins", "searchpath")
+VALUES = {"--cfg": CFG, "-c": CFG, "--info": INFO, "-i": INFO}
 WITH_CFG = ("--resolve", "--package", "-p")  # flags that say how --cfg prints
 PLUGINS = "experiments and presets of your own lie in a folder named in MPMBENCH_PLUGINS"
 MOST_NAMED = 20  # in one sentence
@@ -37,6 +40,7 @@ def split(arguments: list[str], verbs: list[str]) -> tuple[list[str], list[str]]
     for argument in arguments:
         if values > 0:
             values -= 1
+            check_value(flags[-1], argument)
             flags.append(argument)
         elif argument.startswith("-"):
             name = argument.partition("=")[0]
@@ -46,6 +50,8 @@ def split(arguments: list[str], verbs: list[str]) -> tuple[list[str], list[str]]
                 hint = did_you_mean(name, [*FLAGS, "--help", "--version"])
                 raise BadInput(f"{name}: there is no such option{hint}")
             values = FLAGS[name] if "=" not in argument else 0
+            if "=" in argument:
+                check_value(*argument.split("=", 1))
             flags.append(argument)
         else:
             pairs.append(argument)
@@ -58,6 +64,13 @@ def split(arguments: list[str], verbs: list[str]) -> tuple[list[str], list[str]]
         for pair in pairs:
             check_pair(pair, verbs)
     return flags, [as_text(pair) for pair in pairs]
+
+
+def check_value(name: str, value: str) -> None:
+    """Raise `BadInput` for a value that an option does not take."""
+    if value not in VALUES.get(name, (value,)):
+        hint = did_you_mean(value, VALUES[name])
+        raise BadInput(f"{name} {value}: one of {', '.join(VALUES[name])} is needed{hint}")
 
 
 def as_text(pair: str) -> str:

@@ -72,6 +72,8 @@ BAD = [  # arguments, what the sentence must contain
     ("-m seed=range(0,1000000000)", "more than 1000000 runs in one sweep"),
     ("-m seed=range(0,2000) resolution=range(1,2000)", "more than 1000000 runs in one sweep"),
     ("--config-dir /nonexistent", "there is no such option; experiments and presets of your own"),
+    ("--cfg jobs", "--cfg jobs: one of job, hydra, all is needed; did you mean job?"),
+    ("--info=x", "--info x: one of all, config, defaults"),
     ("--resolve", "this goes with --cfg only"),
     ("resolution='8'", "resolution = '8': a whole number of at least 1 is needed, no text"),
     ("resolution=${oc.env:NOT_SET,4}", "write ${oc.decode:${oc.env:NAME}} where it comes from"),
