@@ -182,6 +182,15 @@ def test_minimum_cloud_grows_the_radius() -> None:
     assert np.allclose(many.evaluate(x).matrix(len(nodes)) @ nodes, x)
 
 
+def test_the_last_node_of_a_cloud_counts_too() -> None:
+    """Two nodes are within the radius of 0.14 m, and a third is needed."""
+    nodes = np.array([[0.0], [0.1], [0.4], [0.6]])
+    basis = MovingLeastSquares(minimum_nodes=3).build(Cloud(nodes, spacing=0.1), 1, True)
+    stored = basis.evaluate(np.array([[0.05]]))
+    assert stored.size[0] == 3 and set(stored.index[0, :3]) == {0, 1, 2}
+    assert np.abs(stored.phi[0, :3]).min() > 1e-6
+
+
 def test_points_on_the_hull() -> None:
     """Multipliers are infinite there; only the nodes of that face count."""
     box = Box((0.0, 0.0), (1.0, 1.0), (4, 4))
