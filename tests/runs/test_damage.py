@@ -135,7 +135,10 @@ def test_arrays_have_their_dimensions_and_fit_into_the_file(tmp_path):
 
 
 def test_one_damaged_file_blocks_no_command_and_is_named(folder, command):
-    good, bad = small(), small(config_hash="b" * 16, config=json.dumps(CONFIG | {"cfl": 0.5}))
+    good, bad = (
+        small().assign(file=((), 1.0)),
+        small(config_hash="b" * 16, config=json.dumps(CONFIG | {"cfl": 0.5})),
+    )
     netcdf.write(good, folder / "a/good.nc")
     netcdf.write(bad, folder / "a/bad.nc")
     shutil.copytree(folder / "a", folder / "whole")

@@ -114,7 +114,9 @@ def in_words(value: Any) -> str:
 def paired(before: Campaign, after: Campaign) -> pd.DataFrame:
     """Runs of the same configuration side by side: columns end in ``_a`` and ``_b``, the index is B's file."""
     columns = [
-        runs.reset_index(names="file").set_index("config_hash")
+        runs.drop(columns="file", errors="ignore")
+        .reset_index(names="file")
+        .set_index("config_hash")
         for runs in (before.runs, after.runs)
     ]
     return columns[0].add_suffix("_a").join(columns[1].add_suffix("_b"), how="inner")
