@@ -11,7 +11,7 @@ LIMITS = {"setup": 600.0, "time": 600.0, "memory": 400.0}
 
 def test_the_memory_of_a_silent_child_is_watched_all_the_time(monkeypatch):
     waits = []
-    connection = SimpleNamespace(send=lambda request: None, poll=waits.append)
+    connection = SimpleNamespace(send=lambda request, within: None, receive=waits.append)
     child = isolation.Child(None, connection, 0)
     monkeypatch.setattr(isolation.Child, "memory", lambda child: 399.0 + len(waits))
     monkeypatch.setattr(isolation.Child, "end", lambda child: 0)

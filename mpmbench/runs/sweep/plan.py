@@ -76,12 +76,13 @@ def make_plan(combinations: Iterable[tuple[dict[str, Any], str]]) -> Plan:
     cells: dict[str, Cell] = {}
     for config, reason in combinations:
         cells.setdefault(config_hash(config), Cell(config, reason))
+    for cell in cells.values():  # before its file is read: what comes after is another's work
+        cell.stamp = stamp_of(result_path(cell.config))
     answers = execute.check([(cell.config, cell.not_applicable) for cell in cells.values()])
     plan, code_of = Plan(), codes()
     for cell, answer in zip(cells.values(), answers, strict=True):
         cell.not_applicable, cell.earlier = answer["not_applicable"], answer["earlier"]
         cell.damage = answer["damage"]
-        cell.stamp = stamp_of(result_path(cell.config))
         cell.unchecked = answer.get("unchecked")
         if cell.unchecked is not None:
             plan.unchecked.append(cell)
