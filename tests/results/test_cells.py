@@ -25,6 +25,7 @@ FORMULAS = (
     "＝1",
     "=cmd|' /c x'!a1",
     "--1",
+    "-1, =1+1",
 )
 
 
@@ -35,7 +36,7 @@ def test_text_that_would_be_a_formula_begins_with_an_apostrophe(text):
 
 
 @pytest.mark.parametrize(
-    "text", ("", "MPM, linear", "-1", "+1.5", "-.5e-3", "-0.1%", "1=2", "a-b", "ü")
+    "text", ("", "MPM, linear", "-1", "+1.5", "-.5e-3", "-0.1%", "-0.58, 0.89", "1=2", "a-b", "ü")
 )
 def test_words_and_numbers_stay(text):
     assert csv_cell(text) == text

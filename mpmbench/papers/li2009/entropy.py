@@ -59,11 +59,13 @@ def maxent_chapter(campaigns: Campaigns) -> Chapter:
 
 
 def _filled(axis: Axes, X: np.ndarray, values: np.ndarray, levels: np.ndarray, colours: str) -> Any:
-    """Filled contours of values at points of the plane."""
+    """Filled contours of values at points of the plane, as pixels: their outlines would be megabytes."""
     ticks = {"xticks": TICKS, "yticks": TICKS}
     axis.set(aspect="equal", xlim=SHOWN, ylim=SHOWN, **ticks)
     axis.grid(False)
-    return axis.tricontourf(X[:, 0], X[:, 1], values, levels=levels, cmap=colours)
+    contours = axis.tricontourf(X[:, 0], X[:, 1], values, levels=levels, cmap=colours)
+    contours.set_rasterized(True)
+    return contours
 
 
 def _nearest(X: np.ndarray, values: np.ndarray, place: np.ndarray) -> float:
