@@ -8,7 +8,7 @@ import numpy as np
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.compiled.rows import lanes_for
-from mpmbench.core.compiled.threads import chunks
+from mpmbench.core.compiled.threads import apart
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.loads import Loads
 from mpmbench.core.materials import Material
@@ -144,7 +144,7 @@ class State:
         self.initial_nodes = self.basis.nodes.copy()
         self.transfer = find_transfer(self.choices.transfer)
         self.sums = NodalSums(len(self.fixed), len(p.x), p.dimension)
-        self.cells = np.zeros((len(chunks(len(p.x))), 0, lanes))
+        self.cells = apart(len(p.x), 0, lanes)
 
     def record(self, name: str, value: Any) -> None:
         """Note a number or array about the step being done."""

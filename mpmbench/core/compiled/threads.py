@@ -8,9 +8,14 @@ serve: nothing is compiled twice.
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
+from math import prod
+
+import numpy as np
+from numpy.typing import DTypeLike
 
 SMALLEST_CHUNK = 8192  # particles; below twice that there is one chunk
 MOST_CHUNKS = 8
+PAGE = 4096  # bytes
 _pool: ThreadPoolExecutor | None = None
 
 
@@ -27,6 +32,16 @@ def chunks(particles: int) -> list[tuple[int, int]]:
     n = min(MOST_CHUNKS, max(1, particles // SMALLEST_CHUNK))
     bounds = [particles * c // n for c in range(n + 1)]
     return list(pairwise(bounds))
+
+
+def apart(particles: int, *shape: int, dtype: DTypeLike = float) -> np.ndarray:
+    """Zeros of the given shape for each chunk of so many particles, shape (chunks, *shape).
+
+    Two chunks have no page in common, and so no cache line, for which their threads would wait.
+    """
+    n, rows = prod(shape), len(chunks(particles))
+    padded = np.zeros((rows, n + PAGE // np.dtype(dtype).itemsize), dtype)
+    return padded[:, :n].reshape(rows, *shape)
 
 
 def run(task: Callable[[int, int, int], None], particles: int) -> None:

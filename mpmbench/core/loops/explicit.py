@@ -196,7 +196,7 @@ def carry(s: State, dt: float, update: Update) -> None:
     """Update all particles in their chunks (`g2p`)."""
     p, nodes = s.particles.arrays, s.nodes.arrays
     phi, lanes = s.basis.handle, lanes_for(2 * len(s.axes))
-    s.cells = at_least(s.cells, phi.width)
+    s.cells = at_least(s.cells, phi.width, len(p.x))
 
     def part(c: int, start: int, stop: int) -> None:
         g2p(phi, lanes, s.law, p, nodes, dt, update, s.cells[c], start, stop)

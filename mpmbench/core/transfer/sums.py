@@ -26,16 +26,16 @@ class NodalSums:
 
     def __init__(self, nodes: int, particles: int, dimension: int) -> None:
         self._lanes = lanes_for(2 + 2 * dimension)
-        self._parts = np.zeros((len(threads.chunks(particles)), nodes, len(self._lanes)))
-        self._touched = np.zeros((len(self._parts), 2), dtype=np.int64)
-        self._cells = np.zeros((len(self._parts), 0, len(self._lanes)))
+        self._parts = threads.apart(particles, nodes, len(self._lanes))
+        self._touched = threads.apart(particles, 2, dtype=np.int64)
+        self._cells = threads.apart(particles, 0, len(self._lanes))
 
     def __call__(self, phi: Any, p: Any, m_i: np.ndarray, q_i: np.ndarray, f_i: np.ndarray) -> None:
         """``m_i = sum m_p phi_i``, ``q_i = sum m_p phi_i v_p``, ``f_i = - sum V_p sigma_p grad phi_i``.
 
         Wobbes 2020, Eqs. 17, 20 (49, 91) and 21 (50, 92), the last with its sign corrected.
         """
-        self._cells = at_least(self._cells, phi.width)
+        self._cells = at_least(self._cells, phi.width, len(p.x))
 
         def add(c: int, start: int, stop: int) -> None:
             sums, cell, touched = self._parts[c], self._cells[c], self._touched[c]
@@ -45,9 +45,10 @@ class NodalSums:
         collect(self._parts, self._touched, m_i, q_i, f_i)
 
 
-def at_least(cells: np.ndarray, width: int) -> np.ndarray:
+def at_least(cells: np.ndarray, width: int, particles: int) -> np.ndarray:
     """`cells`, shape (chunks, width, columns), or a new array of zeros when it has too few rows."""
-    return cells if cells.shape[1] >= width else np.zeros((cells.shape[0], width, cells.shape[2]))
+    enough = cells.shape[1] >= width
+    return cells if enough else threads.apart(particles, width, cells.shape[2])
 
 
 @lean
