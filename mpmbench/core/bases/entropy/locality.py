@@ -14,7 +14,7 @@ import numpy as np
 
 from mpmbench.core.bases.clouds.search import Buckets, cell_along, cell_of
 from mpmbench.core.bases.entropy.priors import Formulation
-from mpmbench.core.compiled import compiled, lean, matrix, vector
+from mpmbench.core.compiled import compiled, inlined, lean, matrix, vector
 from mpmbench.core.compiled.algebra import determinant, inverse
 from mpmbench.core.compiled.exponentials import whole_lanes
 
@@ -50,8 +50,12 @@ class NodeCloud(NamedTuple):
 class Work(NamedTuple):
     """Working memory for one point; rows are padded with zeros to a multiple of LANES."""
 
-    offset: np.ndarray  # x_i - x of all candidates, shape (dim, K)
-    distance: np.ndarray  # its square, shape (K,)
+    cell: np.ndarray  # number of the cell whose candidates these are, and their number, shape (2,)
+    candidate: np.ndarray  # their numbers, shape (K,)
+    place: np.ndarray  # x_i, shape (dim, K)
+    square: np.ndarray  # d_i^2
+    distance: np.ndarray  # (x_i - x)^2
+    near: np.ndarray  # which of them count
     # Of the nodes whose supports cover the point:
     number: np.ndarray
     inverse_square: np.ndarray  # 1 / d_i^2
@@ -67,8 +71,12 @@ def allocate(axes, most):
     """Working memory for points with at most so many candidates."""
     width = whole_lanes(most + 1)
     return Work(
+        np.full(2, -1),
+        np.zeros(width, np.int64),
         np.zeros((len(axes), width)),
         np.zeros(width),
+        np.zeros(width),
+        np.zeros(width, np.int64),
         np.zeros(width, np.int64),
         np.zeros(width),
         np.zeros(width),
@@ -133,7 +141,7 @@ def clip(F: np.ndarray, limit: float, metric: Metric) -> None:
     metric.half[suspect] = np.sqrt(np.sum((axes * stretch[:, None, :]) ** 2, axis=2))
 
 
-@lean
+@inlined
 def gather(cloud, x, p, row, work):
     """Number of nodes that count at point `p` of `x`, and the radius of the largest support [m]."""
     axes = cloud.form.axes
@@ -141,30 +149,43 @@ def gather(cloud, x, p, row, work):
         radius = math.sqrt(cloud.square[0]) * cloud.metric.growth[row]
         return gather_near(cloud, x, p, row, radius, work), radius
     cell = cell_of(cloud.buckets, len(axes), x, p)
-    first = cloud.buckets.first[cell]
-    candidates = cloud.buckets.first[cell + 1] - first
-    entry = cloud.buckets.entry[first:]
+    if cell != work.cell[0]:  # often the same as that of the point before
+        list_candidates(cloud, cell, work)
+    candidates = work.cell[1]
     for c in range(candidates):
         square = 0.0
         for d in range(len(axes)):
-            difference = cloud.nodes[entry[c], d] - x[p, d]
-            work.offset[d, c] = difference
+            difference = work.place[d, c] - x[p, d]
             square += difference * difference
         work.distance[c] = square
     found = 0
-    largest = 0.0
     for c in range(candidates):  # no branches: each is written, the next overwrites what is out
-        i = entry[c]
-        work.number[found] = i
-        work.inverse_square[found] = cloud.inverse_square[i]
-        work.rr[found] = work.distance[c] * cloud.inverse_square[i]
+        work.near[found] = c
+        found += work.distance[c] < work.square[c]
+    largest = 0.0
+    for k in range(found):
+        c = work.near[k]
+        i = work.candidate[c]
+        work.number[k] = i
+        work.inverse_square[k] = cloud.inverse_square[i]
+        work.rr[k] = work.distance[c] * work.inverse_square[k]
         for d in range(len(axes)):
-            work.dx[d, found] = work.offset[d, c]
-        covers = work.distance[c] < cloud.square[i]
-        largest = max(largest, cloud.square[i] if covers else 0.0)
-        found += covers
+            work.dx[d, k] = work.place[d, c] - x[p, d]
+        largest = max(largest, work.square[c])
     pad(axes, found, work)
     return found, math.sqrt(largest)
+
+
+@lean
+def list_candidates(cloud, cell, work):
+    """Copy what a search needs of the nodes that reach a cell."""
+    first, end = cloud.buckets.first[cell], cloud.buckets.first[cell + 1]
+    work.cell[0], work.cell[1] = cell, end - first
+    for c in range(end - first):
+        i = cloud.buckets.entry[first + c]
+        work.candidate[c], work.square[c] = i, cloud.square[i]
+        for d in range(len(cloud.form.axes)):
+            work.place[d, c] = cloud.nodes[i, d]
 
 
 @lean
@@ -209,7 +230,7 @@ def gather_near(cloud, x, p, row, radius, work):
     return found
 
 
-@lean
+@inlined
 def push(cloud, row, found, grad_phi):
     """Gradients with respect to x from those with respect to xi: ``grad phi = S^-T dphi/dxi``."""
     axes, pull = cloud.form.axes, cloud.metric.pull

@@ -15,7 +15,7 @@ from mpmbench.core.bases.entropy.solve import (
     finish,
     newton,
 )
-from mpmbench.core.compiled import compiled, lean, matrix, vector
+from mpmbench.core.compiled import compiled, inlined, lean, matrix, vector
 
 # How far, relative to the support, the gradient of a point on the hull is taken inside it.
 INWARDS = 2.0**-23
@@ -23,7 +23,7 @@ LARGEST_CONDITION = 1e6  # of the covariance of a cloud that needs no further no
 HULL_FLOOR = 1e-14  # for gradients in clouds on whose hull the point lies
 
 
-@lean
+@inlined
 def surroundings(cloud, x, p, row, work):
     """Find the nodes that count at a point, and weigh them; returns their number, and reach."""
     found, reach = gather(cloud, x, p, row, work)
@@ -33,7 +33,7 @@ def surroundings(cloud, x, p, row, work):
     return found, reach
 
 
-@lean
+@inlined
 def evaluate_inside(cloud, x, p, work, row, stored):
     """Write the functions at point `p` of `x` to row `row`.
 

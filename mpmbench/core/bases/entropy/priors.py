@@ -10,8 +10,8 @@ from mpmbench.core.bases.radial import (
     cubic_spline,
     quartic_spline,
 )
-from mpmbench.core.compiled import lean
-from mpmbench.core.compiled.exponentials import exponentiate, whole_lanes
+from mpmbench.core.compiled import inlined
+from mpmbench.core.compiled.exponentials import exponential, whole_lanes
 
 CUT_GAUSSIAN = 3  # does not vanish at the rim of its support
 
@@ -28,7 +28,7 @@ class Formulation(NamedTuple):
     most_steps: int = 100  # Newton's iteration has failed after these
 
 
-@lean
+@inlined
 def weigh(form, found, growth, work):
     """Priors w_i and their slopes g_i at distance r = |dx_i| / d_i (Wobbes 2020, Eqs. 87-90).
 
@@ -48,10 +48,7 @@ def weigh(form, found, growth, work):
     elif form.prior == GAUSSIAN:  # less its tangent at the rim in r^2: value and slope vanish there
         rim = math.exp(-a)
         for k in range(padded):
-            w[k] = -a * rr[k]
-        exponentiate(w, padded)
-        for k in range(padded):
-            bell = w[k]
+            bell = exponential(-a * rr[k])
             w[k] = bell - rim * (1.0 + a * (1.0 - rr[k]))
             g[k] = -2.0 * a * inverse_square[k] * (bell - rim)
     else:
@@ -59,6 +56,7 @@ def weigh(form, found, growth, work):
         for k in range(found):
             nearest = min(nearest, rr[k])
         for k in range(padded):
-            w[k] = a * (nearest - rr[k])  # only ratios count: the largest is 1
+            w[k] = exponential(a * (nearest - rr[k]))  # only ratios count: the largest is 1
             g[k] = 0.0  # what the slope of a whole Gaussian adds, lambda takes away
-        exponentiate(w, padded)
+    for k in range(found, padded):
+        w[k] = g[k] = 0.0

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from mpmbench.core.compiled import lean, matrix, vector
+from mpmbench.core.compiled import inlined, lean, matrix, summing, vector
 from mpmbench.core.compiled.algebra import inverse, length, multiply
 from mpmbench.core.compiled.exponentials import exponentials, whole_lanes
 
@@ -25,35 +25,36 @@ FAR = 30.0  # exponents that are reached only on the way to infinity, near the h
 HULL_CONDITION = 1e9
 
 
-@lean
+@summing
 def moments(axes, found, work, r, H):
     """Z, and the mean r of dx and its covariance H under w_i e_i.
 
     The slope of log Z in lambda is -r, its curvature H.
     """
+    mean, square = vector(axes), matrix(axes, axes)
     Z = 0.0
     for d in range(len(axes)):
-        r[d] = 0.0
+        mean[d] = 0.0
         for b in range(d + 1):
-            H[d, b] = 0.0
-    for k in range(found):
+            square[d, b] = 0.0
+    for k in range(whole_lanes(found)):
         phi = work.w[k] * work.e[k]
         Z += phi
         for d in range(len(axes)):
             moment = phi * work.dx[d, k]
-            r[d] += moment
+            mean[d] += moment
             for b in range(d + 1):
-                H[d, b] += moment * work.dx[b, k]
+                square[d, b] += moment * work.dx[b, k]
     scale = 1.0 / Z
     for d in range(len(axes)):
-        r[d] *= scale
+        r[d] = mean[d] * scale
         for b in range(d + 1):
-            H[d, b] = H[d, b] * scale - r[d] * r[b]
+            H[d, b] = square[d, b] * scale - r[d] * r[b]
             H[b, d] = H[d, b]
     return Z
 
 
-@lean
+@summing
 def exponent_range(axes, found, vector, work):
     """Smallest and largest of ``vector . dx_i``."""
     low, high = np.inf, -np.inf
@@ -65,7 +66,7 @@ def exponent_range(axes, found, vector, work):
     return low, high
 
 
-@lean
+@inlined
 def tilt(axes, found, reach, multiplier, work, r, H):
     """Fill e_i and the moments for these multipliers; returns Z and the logarithm that it lacks."""
     shift = 0.0
@@ -75,12 +76,12 @@ def tilt(axes, found, reach, multiplier, work, r, H):
     return moments(axes, found, work, r, H), shift
 
 
-@lean
+@summing
 def correct(axes, found, work, inverse_H, Z, third, step):
     """Add half of ``H^-1 E[dx (step . dx)^2]`` to a step: Chebyshev's method, of third order."""
     for d in range(len(axes)):
         third[d] = 0.0
-    for k in range(found):
+    for k in range(whole_lanes(found)):
         t = 0.0
         for d in range(len(axes)):
             t += step[d] * work.dx[d, k]
@@ -120,7 +121,7 @@ def take_safely(axes, found, reach, height, multiplier, step, work, r, H):
         fraction = max(surely, min(lowest, 0.5 * fraction) if lowest > 0.0 else 0.0)
 
 
-@lean
+@inlined
 def newton(form, found, reach, last_move, work, step):
     """Minimise log Z over the multipliers by Newton's method from lambda = 0.
 
@@ -134,7 +135,7 @@ def newton(form, found, reach, last_move, work, step):
     goal = form.tolerance * form.spacing * reach
     for d in range(len(axes)):
         multiplier[d] = 0.0
-    work.e[:found] = 1.0
+    work.e[: whole_lanes(found)] = 1.0
     Z, shift = moments(axes, found, work, r, H), 0.0
     size, counted = 0.0, -1
     for steps in range(form.most_steps + 1):
@@ -169,7 +170,7 @@ def newton(form, found, reach, last_move, work, step):
     return (OUTSIDE if size > FAR else STALLED), form.most_steps + 1, False
 
 
-@lean
+@inlined
 def divide(axes, B, H, floor, M):
     """``M = B (H + floor tr(H) I)^-1``; returns the product of the traces of H and of the inverse."""
     inverse_H = matrix(axes, axes)
@@ -185,24 +186,18 @@ def divide(axes, B, H, floor, M):
     return trace * inverse_trace
 
 
-@lean
-def finish(axes, found, work, step, floor, row, stored):
-    """Take the last Newton step and write values and gradients to row `row` of `stored`.
+@summing
+def last_sums(axes, found, work, step, r, b, H, B):
+    """Take the last Newton step in w and g, which become values and psi_i times Z; returns Z.
 
-    ``grad phi_i = phi_i (M dx_i + b) - psi_i dx_i`` with ``psi_i = g_i e_i / Z`` (which is phi_i
-    grad w_i / w_i along -dx_i), ``b = sum_j psi_j dx_j`` and ``M = (I + sum_j psi_j dx_j (x) dx_j)
-    H^-1``: Wobbes 2020, Eqs. 84-86, with the signs corrected. For points on the hull, where H is
-    singular, its diagonal is raised by `floor` times its trace. Returns the residual ``|sum_i phi_i
-    dx_i|`` [m], and the traces of H and its inverse multiplied.
+    Sums over them times dx, and times dx (x) dx, go to r and H, b and B (lower halves).
     """
-    b, r = vector(axes), vector(axes)
-    H, B, M = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
     Z = 0.0
     for d in range(len(axes)):
         b[d] = r[d] = 0.0
         for c in range(d + 1):
             B[d, c] = H[d, c] = 0.0
-    for k in range(found):
+    for k in range(whole_lanes(found)):
         t = 0.0
         for d in range(len(axes)):
             t += step[d] * work.dx[d, k]
@@ -217,6 +212,22 @@ def finish(axes, found, work, step, floor, row, stored):
             for c in range(d + 1):
                 H[d, c] += moment * work.dx[c, k]
                 B[d, c] += slope * work.dx[c, k]
+    return Z
+
+
+@inlined
+def finish(axes, found, work, step, floor, row, stored):
+    """Take the last Newton step and write values and gradients to row `row` of `stored`.
+
+    ``grad phi_i = phi_i (M dx_i + b) - psi_i dx_i`` with ``psi_i = g_i e_i / Z`` (which is phi_i
+    grad w_i / w_i along -dx_i), ``b = sum_j psi_j dx_j`` and ``M = (I + sum_j psi_j dx_j (x) dx_j)
+    H^-1``: Wobbes 2020, Eqs. 84-86, with the signs corrected. For points on the hull, where H is
+    singular, its diagonal is raised by `floor` times its trace. Returns the residual ``|sum_i phi_i
+    dx_i|`` [m], and the traces of H and its inverse multiplied.
+    """
+    b, r = vector(axes), vector(axes)
+    H, B, M = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
+    Z = last_sums(axes, found, work, step, r, b, H, B)
     scale = 1.0 / Z
     for d in range(len(axes)):
         r[d] *= scale
