@@ -11,6 +11,8 @@ from mpmbench.analysis.slopes import fitted_order
 from mpmbench.core.bases.clouds.mls import MovingLeastSquares
 from mpmbench.core.bases.entropy.lme import LocalMaxEnt
 from mpmbench.core.bases.grid.linear import Linear
+from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.compiled import threads
 from mpmbench.core.errors import BrokeDown, NotApplicable
 from mpmbench.core.geometry import Box, Cloud
 from mpmbench.core.loops.static import Static
@@ -180,6 +182,42 @@ def test_minimum_cloud_grows_the_radius() -> None:
     assert few.evaluate(x).size[0] < 6
     assert many.evaluate(x).size.min() == 12
     assert np.allclose(many.evaluate(x).matrix(len(nodes)) @ nodes, x)
+
+
+@pytest.mark.parametrize("dim", (1, 2, 3))
+def test_a_cloud_holds_the_nodes_within_its_radius(dim: int) -> None:
+    """Against all distances, while nodes move and the room for them grows from one node at a time."""
+    nodes = irregular(dim, 9 if dim < 3 else 6)
+    basis = MovingLeastSquares(relative_radius=2.0).build(nodes, 300, True)
+    rng = np.random.default_rng(4)
+    for step in range(40):
+        room = max(1, basis.handle.width - 3 - step % 3)  # at times as many as there are
+        basis.handle = Stencils.empty(300, room, dim)
+        x = rng.uniform(-0.05, 1.05, (300, dim))
+        basis.locate(x)
+        distance = np.linalg.norm(x[:, None] - basis.nodes, axis=2)
+        for p, near in enumerate(distance < basis.radius):
+            found = basis.handle.index[p, : basis.handle.size[p]]
+            if near.sum() == len(found):
+                assert set(found) == set(np.flatnonzero(near))
+            else:  # repaired
+                assert set(found) > set(np.flatnonzero(near)) and len(set(found)) == len(found)
+        basis.move(0.01 * rng.uniform(-1.0, 1.0, basis.nodes.shape))
+
+
+def test_threads_change_no_bit_of_a_cloud() -> None:
+    """Each of the three chunks works in memory of its own."""
+    x = np.random.default_rng(5).uniform(0.0, 1.0, (3 * threads.SMALLEST_CHUNK, 2))
+    found = []
+    for n in (1, 2, 4):
+        threads.use(n)
+        stored = [
+            settings.build(irregular(), len(x), True).evaluate(x)
+            for settings in (CLOUDS["mls"], CLOUDS["lme"], LocalMaxEnt())
+        ]
+        found.append(b"".join(part.tobytes() for one in stored for part in one[1:]))
+    threads.use(1)
+    assert found[0] == found[1] == found[2]
 
 
 def test_the_last_node_of_a_cloud_counts_too() -> None:

@@ -12,8 +12,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mpmbench.core.bases import StoredBasis
+from mpmbench.core.bases.clouds.search import fill_buckets, list_near, make_buckets
 from mpmbench.core.bases.grid.product import first_outside
 from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.compiled import threads
 from mpmbench.core.errors import BadSetting, BrokeDown
 
 SLACK = 1e-12  # of the radius: so far outside the box of fixed nodes is round-off
@@ -26,17 +28,15 @@ STRICT_ROUNDS = 8
 
 
 class Clouds(NamedTuple):
-    """The nodes near each of n points."""
+    """Around n points; their nodes are those of the `Stencils` to be filled."""
 
     nodes: np.ndarray  # positions of all nodes [m], shape (N, dim)
     x: np.ndarray  # those of the points [m], shape (n, dim)
-    near: np.ndarray  # numbers of the nearest nodes by their distance, shape (n, K)
-    size: np.ndarray  # how many of them are in the cloud, shape (n,)
-    radius: np.ndarray  # of the cloud [m], shape (n,)
+    radius: np.ndarray  # of each cloud [m], shape (n,)
 
 
-# fill(clouds, points, strict, stored, failed) evaluates the functions of some points, and marks
-# those that have none or, if strict, ill-conditioned ones.
+# fill(clouds, points, strict, stored, failed) evaluates the functions of some points, whose nodes
+# are in `stored`, and marks those that have none or, if strict, ill-conditioned ones.
 Fill = Callable[[Clouds, np.ndarray, bool, Stencils, np.ndarray], None]
 
 
@@ -67,7 +67,8 @@ class CloudBasis(StoredBasis):
             raise BadSetting("nodes", len(self.nodes), f"at least {least} nodes")
         self.radius, self.minimum_nodes = radius, minimum_nodes
         self._fill_points = fill
-        self._tree = cKDTree(self.nodes)
+        self._tree: cKDTree | None = None  # for repairs only
+        self._buckets = make_buckets(self.nodes, np.full(len(self.nodes), radius), True)
         self._width = min(len(self.nodes), max(minimum_nodes, 2 * self.nodes.shape[1]) + SPARE)
         slack = np.finfo(float).max if moving else SLACK * radius
         self._lower, self._upper = self.nodes.min(axis=0) - slack, self.nodes.max(axis=0) + slack
@@ -81,48 +82,85 @@ class CloudBasis(StoredBasis):
         self.nodes += displacement
         if (lost := super().first_outside(self.nodes)) >= 0:
             raise BrokeDown(f"node {lost} has no finite position")
-        self._tree = cKDTree(self.nodes)
+        self._tree = None
+        reach = np.full(len(self.nodes), self.radius)
+        self._buckets = fill_buckets(self._buckets, self.nodes, reach)
 
     def _fill(self, x: np.ndarray, stored: Stencils) -> Stencils:
         if (lost := super().first_outside(x)) >= 0:
             raise BrokeDown(f"point {lost} has no finite position")
         x = np.ascontiguousarray(x)
+        stored, most = self._search(x, stored)
+        failed, points = np.zeros(len(x), dtype=np.bool_), np.arange(len(x))
+        clouds = Clouds(self.nodes, x, np.full(len(x), self.radius))
+
+        def part(c: int, start: int, stop: int) -> None:
+            strict = most < len(self.nodes)
+            self._fill_points(clouds, points[start:stop], strict, stored, failed)
+
+        threads.run(part, len(x))
+        few = stored.size < self.minimum_nodes
+        failed &= ~few
+        self.repaired = int(np.count_nonzero(failed))
+        for rounds, chosen in enumerate((few, failed)):
+            if chosen.any():
+                stored = self._repair(clouds, np.flatnonzero(chosen), rounds, stored)
+        return stored
+
+    def _search(self, x: np.ndarray, stored: Stencils) -> tuple[Stencils, int]:
+        """List the nodes within the radius of each point, of which there are so many at most."""
+        found = [0] * len(threads.chunks(len(x)))
+
+        def part(c: int, start: int, stop: int) -> None:
+            found[c] = list_near(self._buckets, self.nodes, x, self.radius, start, stop, stored)
+
+        threads.run(part, len(x))
+        if (most := max(found)) < stored.width:
+            return stored, most
+        return self._search(x, Stencils.empty(len(x), most + SPARE, x.shape[1]))
+
+    def _repair(
+        self, clouds: Clouds, chosen: np.ndarray, rounds: int, stored: Stencils
+    ) -> Stencils:
+        """Functions of the points `chosen` from their nearest nodes, in as many rounds as it takes."""
+        x = clouds.x[chosen]
         distance, near = self._nearest(x)
-        count = np.maximum(np.sum(distance < self.radius, axis=1), self.minimum_nodes)
-        radius = np.zeros(len(x))
-        width = int(count.max(initial=1)) + SPARE
-        if stored.width < width:
-            stored = Stencils.empty(len(x), width, x.shape[1])
-        points, rounds = np.arange(len(x)), 0
+        count = np.maximum(stored.size[chosen], self.minimum_nodes) + rounds
+        points = np.arange(len(x))  # of those chosen
         while points.size:
             most = int(count[points].max())
             if rounds > 0 and most > min(LARGEST_CLOUD, len(self.nodes)):
                 p = points[int(np.argmax(count[points]))]
                 raise BrokeDown(
-                    f"lost basis: no functions at point {p} ({np.array2string(x[p], precision=6)} "
-                    f"m) from its {most - 1} nearest nodes"
+                    f"lost basis: no functions at point {chosen[p]} "
+                    f"({np.array2string(x[p], precision=6)} m) from its {most - 1} nearest nodes"
                 )
             if most > distance.shape[1]:
                 self._width = min(len(self.nodes), most + SPARE)
                 distance, near = self._nearest(x)
             if most > stored.width:
                 stored = _widened(stored, most + SPARE - stored.width)
+            for p in points:
+                stored.size[chosen[p]] = count[p]
+                stored.index[chosen[p], : count[p]] = near[p, : count[p]]
             # the search radius, or more around the nodes that are needed
-            farthest = np.take_along_axis(distance[points], count[points, None] - 1, axis=1)[:, 0]
-            radius[points] = np.where(farthest < self.radius, self.radius, BEYOND_LAST * farthest)
-            failed = np.zeros(len(x), dtype=np.bool_)
+            farthest = distance[points, count[points] - 1]
+            clouds.radius[chosen[points]] = np.where(
+                farthest < self.radius, self.radius, BEYOND_LAST * farthest
+            )
+            failed = np.zeros(len(clouds.x), dtype=np.bool_)
             # with all nodes in a cloud there is nothing to take in
             strict = rounds < STRICT_ROUNDS and most < len(self.nodes)
-            clouds = Clouds(self.nodes, x, near, count, radius)
-            self._fill_points(clouds, points, strict, stored, failed)
-            points = np.flatnonzero(failed)
-            self.repaired = points.size if rounds == 0 else self.repaired
+            self._fill_points(clouds, chosen[points], strict, stored, failed)
+            points = np.flatnonzero(failed[chosen])
+            self.repaired += points.size if rounds == 0 else 0
             count[points] += 1
             rounds += 1
         return stored
 
     def _nearest(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Distances and numbers of the nearest nodes: all within the radius, a few to spare."""
+        self._tree = self._tree or cKDTree(self.nodes)
         while True:
             found = self._tree.query(x, k=np.arange(1, self._width + 1))
             distance, near = np.asarray(found[0]), np.asarray(found[1], dtype=np.int64)

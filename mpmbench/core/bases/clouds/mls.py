@@ -17,9 +17,16 @@ import numpy as np
 
 from mpmbench.core.bases import BasisSettings, Promises
 from mpmbench.core.bases.clouds.cloud import CloudBasis
-from mpmbench.core.bases.radial import GAUSSIAN, QUARTIC_SPLINE, WEIGHTS
+from mpmbench.core.bases.radial import (
+    GAUSSIAN,
+    QUARTIC_SPLINE,
+    WEIGHTS,
+    cubic_spline,
+    quartic_spline,
+)
 from mpmbench.core.choices import Choices
-from mpmbench.core.compiled import compiled
+from mpmbench.core.compiled import compiled, inlined, lean, matrix, summing, vector
+from mpmbench.core.compiled.exponentials import exponential, whole_lanes
 from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
@@ -32,13 +39,22 @@ LARGEST_SUM = 2.0
 
 
 class Recipe(NamedTuple):
-    """Degree, products beside it, number of polynomials, kind of weight, and R_eff / R."""
+    """Which polynomials there are, kind of weight, and R_eff / R."""
 
+    axes: tuple[float, ...]  # one entry per dimension, and per polynomial (values unused)
+    terms: tuple[float, ...]
     degree: int
-    mixed_terms: bool
-    polynomials: int
     weight: int
     effective: float
+
+
+class Work(NamedTuple):
+    """Working memory for one point; rows are padded to a multiple of LANES."""
+
+    P: np.ndarray  # polynomials at the nodes, shape (m, K)
+    W: np.ndarray  # weights; zero behind the last node
+    slope: np.ndarray  # of the weights by ``x / R``: ``grad W_I = slope_I P_I[1:]``
+    value: np.ndarray  # c . P_I
 
 
 @register("basis", "mls")
@@ -109,161 +125,184 @@ class MovingLeastSquares(BasisSettings):
         if self.mixed_terms and self.degree == 1:
             polynomials += math.comb(geometry.dimension, 2)
         weight = WEIGHTS[self.weight]
-        recipe = Recipe(self.degree, self.mixed_terms, polynomials, weight, self.effective_radius)
+        axes, terms = (0.0,) * geometry.dimension, (0.0,) * polynomials
+        recipe = Recipe(axes, terms, self.degree, weight, self.effective_radius)
         least = max(self.minimum_nodes, polynomials)
         fill = partial(fill_points, recipe)
         return CloudBasis(geometry.points, particles, radius, least, fill, moving)
 
 
-@compiled
-def weigh(kind, effective, q):
-    """Weight and its derivative by ``q = r / R``, 0 <= q; both vanish beyond q = 1."""
-    if q >= 1.0:
-        return 0.0, 0.0
+@inlined
+def weigh(kind, effective, square):
+    """Weight, and its slope over ``q = r / R``, from q^2; both vanish from q = 1 on."""
     if kind == GAUSSIAN:
         c = 1.0 / (effective * effective)
         rim = math.exp(-c)
-        bell = math.exp(-c * q * q)
-        return (bell - rim) / (1.0 - rim), -2.0 * c * q * bell / (1.0 - rim)
-    t = q / (2.0 * effective)  # 1 at the rim of the spline
-    if t >= 1.0:
-        return 0.0, 0.0
-    scale = 1.0 / (2.0 * effective)
-    if kind == QUARTIC_SPLINE:
-        slope = -12.0 * t * (1.0 - t) * (1.0 - t) * scale
-        return 1.0 - t * t * (6.0 - 8.0 * t + 3.0 * t * t), slope
-    if t <= 0.5:
-        return 2.0 / 3.0 - 4.0 * t * t * (1.0 - t), (-8.0 * t + 12.0 * t * t) * scale
-    return 4.0 / 3.0 * (1.0 - t) ** 3, -4.0 * (1.0 - t) * (1.0 - t) * scale
+        bell = exponential(-c * square)
+        value, slope, rest = (bell - rim) / (1.0 - rim), -2.0 * c * bell / (1.0 - rim), 1.0 - square
+    else:
+        scale = 0.25 / (effective * effective)
+        rest = 1.0 - max(square, square * scale)  # a spline may end before R, or behind it
+        value, slope = (
+            quartic_spline(square * scale)
+            if kind == QUARTIC_SPLINE
+            else cubic_spline(square * scale)
+        )
+        slope *= scale
+    return (value, slope) if rest > 0.0 else (0.0, 0.0)
 
 
-@compiled
-def polynomials_at(degree, mixed_terms, xi, P, dP):
-    """Monomials at xi, to P, shape (m,), and their derivatives to dP, shape (m, dim).
+@inlined
+def expand(recipe, clouds, p, stored, work):
+    """Polynomials and weights of the nodes around point `p`; returns their number, padded.
 
-    All up to the degree, and with `mixed_terms` the products of two coordinates.
+    The polynomials are all up to the degree, with more `terms` than these the products of two
+    coordinates too.
     """
-    dim = xi.shape[0]
-    P[0] = 1.0
-    dP[:] = 0.0
-    for d in range(dim):
-        P[1 + d] = xi[d]
-        dP[1 + d, d] = 1.0
-    if degree == 2 or mixed_terms:
-        row = 1 + dim
-        for a in range(dim):
-            for b in range(a if degree == 2 else a + 1, dim):
-                P[row] = xi[a] * xi[b]
-                dP[row, a] += xi[b]
-                dP[row, b] += xi[a]
+    axes, count, P = recipe.axes, stored.size[p], work.P
+    padded, scale = whole_lanes(count), 1.0 / clouds.radius[p]
+    for k in range(padded):
+        P[0, k] = 1.0
+    for d in range(len(axes)):
+        for k in range(count):
+            P[1 + d, k] = (clouds.nodes[stored.index[p, k], d] - clouds.x[p, d]) * scale
+        for k in range(count, padded):
+            P[1 + d, k] = 0.0
+    for k in range(padded):
+        square = 0.0
+        for d in range(len(axes)):
+            square += P[1 + d, k] * P[1 + d, k]
+        work.W[k], slope = weigh(recipe.weight, recipe.effective, square)
+        work.slope[k] = -slope  # the relative coordinate falls when x grows
+    for k in range(count, padded):
+        work.W[k] = work.slope[k] = 0.0
+    if len(recipe.terms) > 1 + len(axes):
+        row = 1 + len(axes)
+        for a in range(len(axes)):
+            for b in range(a if recipe.degree == 2 else a + 1, len(axes)):
+                for k in range(padded):
+                    P[row, k] = P[1 + a, k] * P[1 + b, k]
                 row += 1
+    return padded
 
 
-@compiled
-def cholesky(M):
-    """Factorise M in place (lower half); returns the smallest pivot over its diagonal entry."""
+@summing
+def moments(terms, padded, work, M):
+    """Write ``sum_I P_I (x) P_I W_I`` to the lower half of M."""
+    sums = matrix(terms, terms)
+    for a in range(len(terms)):
+        for b in range(a + 1):
+            sums[a, b] = 0.0
+    for k in range(padded):
+        for a in range(len(terms)):
+            weighted = work.P[a, k] * work.W[k]
+            for b in range(a + 1):
+                sums[a, b] += weighted * work.P[b, k]
+    for a in range(len(terms)):
+        for b in range(a + 1):
+            M[a, b] = sums[a, b]
+
+
+@inlined
+def cholesky(terms, M):
+    """Factorise M in place (lower half), one over the diagonal; returns the smallest pivot over its entry."""
     smallest = np.inf
-    for i in range(M.shape[0]):
+    for i in range(len(terms)):
         scale = M[i, i]
         for j in range(i + 1):
             total = M[i, j]
             for k in range(j):
                 total -= M[i, k] * M[j, k]
             if i == j:
-                smallest = min(smallest, total / scale if scale > 0.0 else 0.0)
-                if not total > 0.0:
-                    return 0.0
-                M[i, i] = math.sqrt(total)
+                smallest = min(smallest, total / scale if scale > 0.0 and total > 0.0 else 0.0)
+                M[i, i] = 1.0 / math.sqrt(total)
             else:
-                M[i, j] = total / M[j, j]
+                M[i, j] = total * M[j, j]
     return smallest
 
 
-@compiled
-def substitute(M, b):
+@inlined
+def substitute(terms, M, b):
     """Solve with the factor of `cholesky`, in place."""
-    m = M.shape[0]
-    for i in range(m):
+    for i in range(len(terms)):
         for k in range(i):
             b[i] -= M[i, k] * b[k]
-        b[i] /= M[i, i]
-    for i in range(m - 1, -1, -1):
-        for k in range(i + 1, m):
+        b[i] *= M[i, i]
+    for i in range(len(terms) - 1, -1, -1):
+        for k in range(i + 1, len(terms)):
             b[i] -= M[k, i] * b[k]
-        b[i] /= M[i, i]
+        b[i] *= M[i, i]
 
 
-@compiled
-def expand(recipe, clouds, p, P, dP, W, dW, M):
-    """Polynomials and weights of the nodes around point `p`, their derivatives by x, and M."""
-    dim, m = clouds.x.shape[1], recipe.polynomials
-    R, x = clouds.radius[p], clouds.x[p]
-    xi, gradient = np.zeros(dim), np.zeros((m, dim))
-    M[:] = 0.0
-    for k in range(clouds.size[p]):
-        square = 0.0
-        for d in range(dim):
-            xi[d] = (clouds.nodes[clouds.near[p, k], d] - x[d]) / R
-            square += xi[d] * xi[d]
-        distance = math.sqrt(square)
-        W[k], slope = weigh(recipe.weight, recipe.effective, distance)
-        polynomials_at(recipe.degree, recipe.mixed_terms, xi, P[k], gradient)
-        for d in range(dim):  # the relative coordinate falls when x grows
-            dW[k, d] = -slope * xi[d] / (distance * R) if distance > 0.0 else 0.0
-            for a in range(m):
-                dP[k, a, d] = -gradient[a, d] / R
-        for a in range(m):
-            for b in range(a + 1):
-                M[a, b] += P[k, a] * P[k, b] * W[k]
+@summing
+def change(terms, d, padded, work, out):
+    """Take ``(dM / dx_d) c = sum_I P_I (c . P_I) dW_I / dx_d`` from `out`, where `work.value` is c . P_I."""
+    sums = vector(terms)
+    for a in range(len(terms)):
+        sums[a] = 0.0
+    for k in range(padded):
+        weighted = work.value[k] * work.slope[k] * work.P[1 + d, k]
+        for a in range(len(terms)):
+            sums[a] += weighted * work.P[a, k]
+    for a in range(len(terms)):
+        out[a] -= sums[a]
+
+
+@summing
+def combine(terms, c, padded, work):
+    """``c . P_I`` to `work.value`; returns the sum of their weighted absolute values."""
+    total = 0.0
+    for k in range(padded):
+        value = 0.0
+        for a in range(len(terms)):
+            value += c[a] * work.P[a, k]
+        work.value[k] = value
+        total += abs(value * work.W[k])
+    return total
+
+
+@lean
+def evaluate(recipe, clouds, points, strict, work, stored, failed):
+    """Functions and full gradients (weights included) at some points.
+
+    The polynomials stand still while x moves off its place, so that ``N_I = P(x) . M^-1 P_I W_I``
+    has the gradient ``P_I . g_d W_I + c . P_I dW_I / dx_d`` with ``c = M^-1 P(x)`` and ``g_d = M^-1
+    (dP / dx_d - (dM / dx_d) c)``.
+    """
+    axes, terms = recipe.axes, recipe.terms
+    M, c = matrix(terms, terms), vector(terms)
+    for q in range(points.shape[0]):
+        p = points[q]
+        padded = expand(recipe, clouds, p, stored, work)
+        moments(terms, padded, work, M)
+        failed[p] = not cholesky(terms, M) > SMALLEST_PIVOT
+        if failed[p]:
+            continue
+        for a in range(len(terms)):
+            c[a] = 1.0 if a == 0 else 0.0
+        substitute(terms, M, c)
+        failed[p] = combine(terms, c, padded, work) > LARGEST_SUM and strict
+        if failed[p]:
+            continue
+        scale = 1.0 / clouds.radius[p]
+        for k in range(stored.size[p]):
+            stored.phi[p, k] = work.value[k] * work.W[k]
+        for d in range(len(axes)):
+            for a in range(len(terms)):
+                c[a] = 1.0 if a == 1 + d else 0.0
+            change(terms, d, padded, work, c)
+            substitute(terms, M, c)
+            for k in range(stored.size[p]):
+                value = 0.0
+                for a in range(len(terms)):
+                    value += c[a] * work.P[a, k]
+                slope = work.slope[k] * work.P[1 + d, k]
+                stored.grad_phi[p, k, d] = scale * (value * work.W[k] + work.value[k] * slope)
 
 
 @compiled
 def fill_points(recipe, clouds, points, strict, stored, failed):
-    """Functions and full gradients (weights included) at some points, in the shape of `Fill`.
-
-    With ``c = M^-1 P(0)``: ``grad N_I = (P_I . grad c + c . grad P_I) W_I + c . P_I grad W_I`` and
-    ``grad c = -M^-1 (grad M) c``.
-    """
-    width, dim, m = clouds.near.shape[1], clouds.x.shape[1], recipe.polynomials
-    P, dP = np.zeros((width, m)), np.zeros((width, m, dim))
-    W, dW = np.zeros(width), np.zeros((width, dim))
-    M, c, dc = np.zeros((m, m)), np.zeros(m), np.zeros(m)
-    for q in range(points.shape[0]):
-        p = points[q]
-        count = clouds.size[p]
-        expand(recipe, clouds, p, P, dP, W, dW, M)
-        if not cholesky(M) > SMALLEST_PIVOT:
-            failed[p] = True
-            continue
-        c[:] = 0.0
-        c[0] = 1.0
-        substitute(M, c)
-        stored.size[p] = count
-        total = 0.0
-        for k in range(count):
-            value = 0.0
-            for a in range(m):
-                value += c[a] * P[k, a]
-            stored.index[p, k] = clouds.near[p, k]
-            stored.phi[p, k] = value * W[k]
-            total += abs(stored.phi[p, k])
-        if strict and total > LARGEST_SUM:
-            failed[p] = True
-            continue
-        for d in range(dim):
-            dc[:] = 0.0
-            for k in range(count):
-                value, change = 0.0, 0.0
-                for a in range(m):
-                    value += c[a] * P[k, a]
-                    change += c[a] * dP[k, a, d]
-                for a in range(m):
-                    carried = (dP[k, a, d] * value + P[k, a] * change) * W[k]
-                    dc[a] -= carried + P[k, a] * value * dW[k, d]
-                stored.grad_phi[p, k, d] = change * W[k] + value * dW[k, d]
-            substitute(M, dc)
-            for k in range(count):
-                value = 0.0
-                for a in range(m):
-                    value += dc[a] * P[k, a]
-                stored.grad_phi[p, k, d] += value * W[k]
+    """The same, in the shape of `Fill`."""
+    width = whole_lanes(stored.index.shape[1])
+    room = np.zeros((len(recipe.terms), width)), np.zeros(width), np.zeros(width), np.zeros(width)
+    evaluate(recipe, clouds, points, strict, Work(*room), stored, failed)

@@ -4,6 +4,7 @@ A point reads one list and is done, whatever the sizes of the supports; the orde
 and so every sum over them, does not depend on how the nodes were found.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +42,27 @@ def cell_of(buckets, dimension, x, p):
         along = cell_along(buckets, d, x[p, d]) if d < dimension else 0
         cell = cell * buckets.cells[d] + along
     return cell
+
+
+@lean
+def list_near(buckets, nodes, x, radius, start, stop, stored):
+    """List in `stored` the nodes closer than `radius` [m], that of all supports, to points ``start <= p < stop``.
+
+    Returns the largest number of nodes at a point. They are listed if there is room for one more.
+    """
+    most, room = 0, stored.index.shape[1] - 1
+    for p in range(start, stop):
+        cell, found = cell_of(buckets, len(stored.axes), x, p), 0
+        for c in range(buckets.first[cell], buckets.first[cell + 1]):
+            i, distance = buckets.entry[c], 0.0
+            for d in range(len(stored.axes)):
+                difference = nodes[i, d] - x[p, d]
+                distance += difference * difference
+            stored.index[p, min(found, room)] = i  # the next overwrites what is out
+            found += math.sqrt(distance) < radius
+        stored.size[p] = found
+        most = max(most, found)
+    return most
 
 
 @lean

@@ -74,14 +74,13 @@ def fill_points(radius, volume, clouds, points, strict, stored, failed):
     dim = clouds.x.shape[1]
     for q in range(points.shape[0]):
         p = points[q]
-        stored.size[p] = clouds.size[p]
-        for k in range(clouds.size[p]):
-            i = clouds.near[p, k]
+        for k in range(stored.size[p]):
+            i = stored.index[p, k]
             square = 0.0
             for d in range(dim):
                 square += (clouds.x[p, d] - clouds.nodes[i, d]) ** 2
             value, slope = spline(square, radius, dim)
-            stored.index[p, k], stored.phi[p, k] = i, volume * value
+            stored.phi[p, k] = volume * value
             for d in range(dim):
                 difference = clouds.x[p, d] - clouds.nodes[i, d]
                 stored.grad_phi[p, k, d] = volume * slope * difference

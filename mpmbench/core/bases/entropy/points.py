@@ -146,9 +146,9 @@ def evaluate_clouds(form, radius, clouds, points, strict, work, stored, failed):
     step = vector(axes)
     for q in range(points.shape[0]):
         p = points[q]
-        found, reach = clouds.size[p], clouds.radius[p]
+        found, reach = stored.size[p], clouds.radius[p]
         for k in range(found):
-            i = clouds.near[p, k]
+            i = stored.index[p, k]
             square = 0.0
             for d in range(len(axes)):
                 work.dx[d, k] = clouds.nodes[i, d] - clouds.x[p, d]
@@ -164,7 +164,6 @@ def evaluate_clouds(form, radius, clouds, points, strict, work, stored, failed):
             for d in range(len(axes)):
                 step[d] = 0.0
         residual, condition = finish(axes, found, work, step, HULL_FLOOR, p, stored)
-        stored.size[p] = found
         failed[p] = not (
             residual <= form.tolerance * form.spacing * reach
             and (condition < LARGEST_CONDITION or not strict)
@@ -174,5 +173,5 @@ def evaluate_clouds(form, radius, clouds, points, strict, work, stored, failed):
 @compiled
 def fill_points(form, radius, clouds, points, strict, stored, failed):
     """The same, in the shape that `CloudBasis` asks for."""
-    work = allocate(form.axes, clouds.near.shape[1])
+    work = allocate(form.axes, stored.index.shape[1])
     evaluate_clouds(form, radius, clouds, points, strict, work, stored, failed)
