@@ -87,19 +87,21 @@ def _add_history(out: xr.Dataset, solution: Solution) -> None:
     for name, unit, *axes in (
         ("kinetic_energy", "J"),
         ("strain_energy", "J"),
+        ("dissipated_energy", "J"),
         ("external_work", "J"),
         ("momentum", "kg m s-1", "dim"),
         ("angular_momentum", "kg m2 s-1", "axis"),
     ):
         out[name] = labelled(("time", *axes), history[name], unit, name.replace("_", " "))
     kinetic = history["kinetic_energy"]
-    energy = kinetic + history["strain_energy"]
+    energy = kinetic + history["strain_energy"] + history["dissipated_energy"]
     balance = np.abs(energy - history["external_work"] - energy[0]).max()
     scale = max(energy[0], kinetic.max())
     out["energy_drift"] = scalar(
         balance / scale if scale > 0.0 else np.nan,
         "1",
-        "largest |kinetic + strain - external work - initial energy| over max(initial energy, largest kinetic)",
+        "largest |kinetic + strain + dissipated - external work - initial energy|"
+        " over max(initial energy, largest kinetic)",
     )
     drift = np.linalg.norm(history["momentum"] - history["momentum"][0], axis=1).max()
     out["momentum_drift"] = scalar(drift, "kg m s-1", "largest change of total momentum")

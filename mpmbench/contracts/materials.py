@@ -191,6 +191,42 @@ def large_fast_work_is_lost(case: MaterialCase) -> Iterator[Finding]:
     yield Finding(lost > 1e-2 * stored, f"only {lost:.2g} of {stored:.2g} J/m3 are lost")
 
 
+@CHECKS.asks(lambda case: case.material.dissipated is not None)
+def what_is_lost_is_in_the_history(case: MaterialCase) -> Iterator[Finding]:
+    """Work that is not stored stands in the history as dissipated, which never falls, also far beyond yield."""
+    dim, path = case.dimension, Path(case.material, case.dimension)
+    gradient = 0.2 * np.random.default_rng(dim).standard_normal((dim, dim)) - 0.1 * np.eye(dim)
+    turns, work, before = np.sin(np.linspace(0.0, 2.0 * np.pi, 2001))[1:], 0.0, 0.0
+    for share in turns:
+        work += work_along(path, [np.eye(dim) + share * gradient], 1e-6)
+        lost = float(path.state[case.material.dissipated])
+        yield Finding(lost >= before, f"{before - lost:.2g} J/m3 of what was lost are back")
+        before = lost
+    yield Finding(before > 0.0, "nothing is lost")
+    yield Finding.below((work - path.energy) / before - 1.0, 1e-2, "relative difference from work")
+
+
+@CHECKS.asks(lambda case: case.dimension > 1 and case.material.history > 0)
+def flow_is_objective(case: MaterialCase) -> Iterator[Finding]:
+    """Large steps far beyond the elastic range, rotated: stress, energy and what was lost are the same."""
+    material, dim = case.material, case.dimension
+    rng = np.random.default_rng(dim)
+    Q = Rotation.from_rotvec([0.0, 0.0, 2.0] if dim == 2 else [1.2, -0.7, 1.4]).as_matrix()
+    Q = Q[:dim, :dim]
+    path, turned = Path(material, dim), Path(material, dim)
+    F = 0.97 * np.eye(dim)
+    for _ in range(5):
+        path.step(F, 1.0)
+        turned.step(Q @ F, 1.0)
+        F = F + 0.1 * rng.standard_normal((dim, dim))
+        error = largest(turned.sigma - Q @ path.sigma @ Q.T) / largest(path.sigma)
+        energies = abs(turned.energy / path.energy - 1.0) if path.energy > 0.0 else 0.0
+        yield Finding(max(error, energies) < 1e-9, f"relative errors {error:.2g}, {energies:.2g}")
+        if material.dissipated is not None:
+            lost, again = (float(one.state[material.dissipated]) for one in (path, turned))
+            yield Finding(abs(again - lost) <= 1e-9 * lost, f"{lost:.12g} and {again:.12g} J/m3")
+
+
 @CHECKS.asks(elastic)
 def small_strains_are_linear_elastic(case: MaterialCase) -> Iterator[Finding]:
     """``sigma = lambda tr(eps) I + 2 mu eps`` for small strains, with `lame_parameters`, which bound the time step."""

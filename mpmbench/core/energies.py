@@ -1,7 +1,8 @@
 """What is added up over the particles for the history of a run and for its guard."""
 
 from mpmbench.core.compiled import compiled, matrix
-from mpmbench.core.materials import energy_density
+from mpmbench.core.materials import Material, energy_density
+from mpmbench.core.particles import Particles
 
 
 @compiled
@@ -26,6 +27,13 @@ def kinetic_energy(m, v):
         for d in range(v.shape[1]):
             total += 0.5 * m[p] * v[p, d] * v[p, d]
     return total
+
+
+def dissipated_energy(material: Material, p: Particles) -> float:
+    """What the material has lost so far [J], of which its history keeps account; 0 where it does not."""
+    if material.dissipated is None:
+        return 0.0
+    return float(p.V0 @ p.state[:, material.dissipated])
 
 
 @compiled

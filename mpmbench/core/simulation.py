@@ -11,7 +11,12 @@ from mpmbench.core.bases import Basis, BasisSettings
 from mpmbench.core.bases.frozen import FrozenBasis
 from mpmbench.core.bases.grid.product import GridBasis, count_crossings
 from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.energies import first_bad_volume, kinetic_energy, strain_energy
+from mpmbench.core.energies import (
+    dissipated_energy,
+    first_bad_volume,
+    kinetic_energy,
+    strain_energy,
+)
 from mpmbench.core.errors import BrokeDown, Diverged, SolverFailure
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.loads import Loads, loaded_points
@@ -317,6 +322,7 @@ class Watch:
             "time": s.time,
             "kinetic_energy": kinetic,
             "strain_energy": strain,
+            "dissipated_energy": dissipated_energy(s.material, p),
             "external_work": s.external_work,
             "momentum": momentum,
             "angular_momentum": spin,

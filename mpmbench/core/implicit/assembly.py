@@ -9,15 +9,16 @@ import numpy as np
 
 from mpmbench.core.compiled import compiled, inlined, matrix, vector
 from mpmbench.core.compiled.algebra import determinant, inverse, multiply
-from mpmbench.core.materials import kirchhoff_stress
+from mpmbench.core.materials import kirchhoff_step
 
 
 class Start(NamedTuple):
-    """Reference volumes [m^dim], deformation gradients and history at the start of a step."""
+    """Reference volumes [m^dim], deformation gradients and history at the start of a step, and its time [s]."""
 
     V0: np.ndarray
     F: np.ndarray
     state: np.ndarray
+    dt: float
 
 
 class Iterate(NamedTuple):
@@ -73,7 +74,8 @@ def equilibrium(law, phi, start, du, iterate, force, slot, blocks):
         if not (determinant(axes, increment) > 0.0 and determinant(axes, F_new) > 0.0):
             return p
         inverse(axes, increment, inverse_increment)
-        kirchhoff_stress(law, axes, increment, F_new, start.state[p], iterate.state[p], tau, moduli)
+        old, new = start.state[p], iterate.state[p]
+        kirchhoff_step(law, axes, increment, F_new, start.dt, old, new, tau, moduli)
         for a in range(dim):
             for b in range(dim):
                 iterate.F[p, a, b], iterate.tau[p, a, b] = F_new[a, b], tau[a, b]

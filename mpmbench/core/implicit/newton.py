@@ -1,5 +1,6 @@
 """Newton's iteration for one step: residual, tangent, line search, and a stiffer second attempt."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +52,7 @@ class Equations:
     ) -> None:
         assert w.pattern is not None
         self.s, self.w, self.external, self.inertia = s, w, external, inertia
+        self.time = dt if inertia is not None else math.inf  # in statics only the order counts
         self.pattern = w.pattern
         dim = s.particles.dimension
         self.internal = np.zeros_like(external)
@@ -98,7 +100,8 @@ class Equations:
         """
         p, w, pattern = self.s.particles, self.w, self.pattern
         self.internal[:], self.blocks[:] = 0.0, 0.0
-        start, iterate = assembly.Start(p.V0, p.F, p.state), assembly.Iterate(w.F, w.state, w.tau)
+        start = assembly.Start(p.V0, p.F, p.state, self.time)
+        iterate = assembly.Iterate(w.F, w.state, w.tau)
         tangent = pattern.slot, self.blocks
         inverted = assembly.equilibrium(
             self.s.law, w.phi, start, du, iterate, self.internal, *tangent

@@ -4,15 +4,18 @@ A plug-in is a dataclass of its settings, derived from `Material` and registered
 ``@register("material", name)``; its `law` is a NamedTuple of numbers for which the file implements
 `energy_density` and `cauchy_stress` or, for implicit methods, `kirchhoff_stress`. An elastic law
 may give `elastic.elastic_stress` and `elastic.elastic_moduli` instead of both stresses, a plastic
-one needs `plastic.return_map` and nothing else.
+one needs `plastic.return_map`, or `plastic.radial.hardening`, and nothing else.
 """
 
 from typing import Any, ClassVar
 
 import numpy as np
 
+from mpmbench.core.compiled import answers_by_default
 from mpmbench.core.particles import ParticleData
 from mpmbench.core.setting import Settings
+
+Fields = dict[str, tuple[np.ndarray, str, str]]  # values, unit and what it is, by name
 
 
 def cauchy_stress(
@@ -73,6 +76,22 @@ def kirchhoff_stress(
     raise NotImplementedError
 
 
+@answers_by_default
+def kirchhoff_step(
+    law: Any,
+    axes: Any,
+    increment: np.ndarray,
+    F: np.ndarray,
+    dt: float,
+    old: np.ndarray,
+    state: np.ndarray,
+    tau: np.ndarray,
+    moduli: np.ndarray,
+) -> None:
+    """`kirchhoff_stress` after a step of the time `dt` [s], for laws in which time counts; infinite in statics."""
+    kirchhoff_stress(law, axes, increment, F, old, state, tau, moduli)
+
+
 def energy_density(law: Any, axes: Any, F: np.ndarray, state: np.ndarray) -> float:
     """Stored energy per reference volume [J/m^3]."""
     raise NotImplementedError
@@ -87,6 +106,8 @@ class Material(Settings):
         Initial density [kg/m^3].
     history : int
         Number of history variables per particle.
+    dissipated : int or None
+        Column of the history with the work that is lost so far, per reference volume [J/m^3].
     outputs : dict
         Columns of the history that results keep, by name: column, unit, what it is.
     particle_data : dict of ParticleData
@@ -103,6 +124,7 @@ class Material(Settings):
 
     density: float
     history: ClassVar[int] = 0
+    dissipated: ClassVar[int | None] = None
     outputs: ClassVar[dict[str, tuple[int, str, str]]] = {}
     particle_data: ClassVar[dict[str, ParticleData]] = {}
     rate_dependent: ClassVar[bool] = False
@@ -114,6 +136,13 @@ class Material(Settings):
     def law(self) -> Any:
         """The NamedTuple that kernels take."""
         raise NotImplementedError
+
+    def fields(self, state: np.ndarray) -> Fields:
+        """What results keep of histories, shape (..., history); shapes (...)."""
+        return {
+            name: (state[..., column], unit, text)
+            for name, (column, unit, text) in self.outputs.items()
+        }
 
     def lame_parameters(self) -> tuple[float, float]:
         """First Lame parameter and shear modulus [Pa] at rest, which bound the time step."""
