@@ -42,7 +42,7 @@ NAMES = {  # by the module in which they stand
     "core.materials": "Material cauchy_stress kirchhoff_stress energy_density",
     "core.materials.isotropic": "IsotropicElastic Lame",
     "core.bases": "Basis BasisSettings Promises StoredBasis",
-    "core.bases.handle": "Stencils count index interpolate locate place scratch spread value",
+    "core.bases.handle": "Stencils count index interpolate locate locate_batch place room scratch spread value",
     "core.bases.grid.product": "GridBasis product product_fields",
     "core.errors": "BadSetting BrokeDown Diverged NotApplicable NotConverged require",
     # Compiled code

@@ -72,9 +72,17 @@ def external_force(s: "State", phi: Any, time: float, force: np.ndarray) -> np.n
     `phi` is a handle that is valid for the particles; the dead load of the nodes comes on top.
     """
     p = s.particles
-    force[:] = s.dead_load
+    force[:] = 0.0
     if s.loads.body_force is not None:
         p2g_momentum(phi, p.x, p.m, body_force(s, time), force)
+    add_loads(s, phi, time, force)
+    return force
+
+
+def add_loads(s: "State", phi: Any, time: float, force: np.ndarray) -> None:
+    """Add the dead load of the nodes and ``sum phi_i(x) t`` at `time` [s] to `force` [N], shape (N, dim)."""
+    p = s.particles
+    force += s.dead_load
     if s.loads.traction is not None:
         loaded = s.traction_particle
         stored, rows = phi, loaded
@@ -83,7 +91,6 @@ def external_force(s: "State", phi: Any, time: float, force: np.ndarray) -> np.n
         for row, load in zip(rows, s.loads.traction(time), strict=True):
             k = stored.size[row]
             force[stored.index[row, :k]] += stored.phi[row, :k, None] * load
-    return force
 
 
 def constrain(s: "State", dt: float) -> None:

@@ -57,7 +57,7 @@ def particle_data(*owners: object) -> dict[str, ParticleData]:
 
 
 # The arrays of `Particles` that are updated in every step, as compiled loops take them.
-ParticleArrays = namedtuple("ParticleArrays", "x v F L sigma V0 V m state a")
+ParticleArrays = namedtuple("ParticleArrays", "x v F L sigma V0 V m state a b")
 
 
 @dataclass

@@ -7,8 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mpmbench.core.bases import Basis
-from mpmbench.core.compiled.rows import lanes_for
-from mpmbench.core.compiled.threads import apart
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.loads import Loads
 from mpmbench.core.materials import Material
@@ -104,9 +102,7 @@ class State:
         As many zeros as there are dimensions.
     transfer : Transfer
     sums : NodalSums
-        Adds up mass, momentum and internal force on the nodes.
-    cells : ndarray
-        Room for the nodal values of one cell, shape (chunks, nodes of a cell, lanes).
+        Adds up mass, momentum and forces on the nodes.
     """
 
     particles: Particles
@@ -135,16 +131,15 @@ class State:
     axes: tuple[float, ...] = field(init=False)
     transfer: Transfer = field(init=False)
     sums: NodalSums = field(init=False)
-    cells: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
-        p, lanes = self.particles, len(lanes_for(2 * self.particles.dimension))
+        p = self.particles
         self.law = self.material.law
         self.axes = (0.0,) * p.dimension
         self.initial_nodes = self.basis.nodes.copy()
         self.transfer = find_transfer(self.choices.transfer)
-        self.sums = NodalSums(len(self.fixed), len(p.x), p.dimension)
-        self.cells = apart(len(p.x), 0, lanes)
+        body_force = self.loads.body_force is not None
+        self.sums = NodalSums(len(self.fixed), len(p.x), p.dimension, body_force)
 
     def record(self, name: str, value: Any) -> None:
         """Note a number or array about the step being done."""

@@ -13,7 +13,7 @@ from mpmbench.core.bases.entropy.maxent import MaxEnt
 from mpmbench.core.bases.entropy.points import evaluate_range
 from mpmbench.core.bases.grid.bspline import BSpline
 from mpmbench.core.compiled import lean
-from mpmbench.core.compiled.exponentials import exponential
+from mpmbench.core.compiled.exponentials import exponential, logarithm
 from mpmbench.core.errors import BadSetting, BrokeDown, NotConverged
 from mpmbench.core.geometry import Box, Cloud
 
@@ -390,3 +390,27 @@ def test_counts_of_newton_steps() -> None:
             assert np.all(
                 steps[True][converged] >= 0
             )  # the others are outside the hull of these nodes
+
+
+@lean
+def logarithms_of(values):  # type: ignore[no-untyped-def]
+    for k in range(values.shape[0]):
+        values[k] = logarithm(values[k])
+
+
+def test_logarithms() -> None:
+    """To three units in the last place, next to 1 too, where most determinants are."""
+    rng = np.random.default_rng(0)
+    for half in (1e-12, 1e-6, 0.5, 1.0):
+        values = 1.0 + half * rng.uniform(-1.0, 1.0, 2000)
+        exact = np.log(values)
+        logarithms_of(values)
+        assert np.all(np.abs(values - exact) <= 3.0 * np.spacing(np.abs(exact)))
+    values = np.exp(rng.uniform(-690.0, 709.0, 2000))
+    exact = np.log(values)
+    logarithms_of(values)
+    assert np.all(np.abs(values - exact) <= 3.0 * np.spacing(np.abs(exact)))
+    values = np.array([1.0, 0.0, -2.0, np.nan])
+    logarithms_of(values)
+    assert values[0] == 0.0
+    assert np.isnan(values[1:]).all()

@@ -13,17 +13,19 @@ any point. A kernel reads, for any basis and any dimension::
 
 Each of these functions is a question, and a file answers it for its class of handles under
 ``@implements(question, Handle)`` (`compiled`). An answer cannot allocate. Every handle must answer
-`locate`, `count`, `index` and `value`; `scratch`, `spread`, `interpolate` and `place` answer
-themselves as they stand here, unless a handle knows better. On grids, `grid.product` answers them
-all from the functions along one axis.
+`locate`, `count`, `index` and `value`; the others answer themselves as they stand here, unless a
+handle knows better. On grids, `grid.product` answers them all from the functions along one axis.
+
+The steps of explicit methods take particles in batches (`compiled.rows`): `locate_batch` says how
+many of the next ones make one, `spread` and `interpolate` go from these to the nodes and back.
 """
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from mpmbench.core.compiled import answers_by_default, compiled, implements, vector
-from mpmbench.core.compiled.rows import add_multiple
+from mpmbench.core.compiled import answers_by_default, compiled, implements, matrix, vector
+from mpmbench.core.compiled.rows import LANES, add_multiple, fill_row
 
 
 @answers_by_default
@@ -59,29 +61,71 @@ def value(phi: Any, at: int, k: int, work: Any, grad_phi: np.ndarray) -> float:
 
 
 @answers_by_default
-def spread(phi, at, work, lanes, columns, cell):
-    """Add ``phi_k columns[0] + sum_d (d phi_k / d x_d) columns[1 + d]`` to ``cell[k]`` for all k.
-
-    `columns` has dim + 1 rows, and all rows are as long as the tuple `lanes`.
-    """
-    grad_phi = vector(phi.axes)
-    for k in range(count(phi, at)):
-        add_multiple(lanes, cell, k, value(phi, at, k, work, grad_phi), columns, 0)
-        for d in range(len(phi.axes)):
-            add_multiple(lanes, cell, k, grad_phi[d], columns, 1 + d)
+def room(phi):
+    """Working memory of a kernel that works on batches of points, as a tuple of arrays."""
+    return scratch(phi)
 
 
 @answers_by_default
-def interpolate(phi, at, work, lanes, cell, sums):
-    """Write ``sum_k phi_k cell[k]`` to ``sums[0]``, and its gradient to ``sums[1 + d]``."""
+def locate_batch(phi, x, first, most, work):
+    """Locate points of `x` from `first` on, at most ``most <= len(BATCH)``; returns where, and how many.
+
+    The b-th of them is at ``where + b``, or all are at `where`, as `spread` and `interpolate` know.
+    """
+    return locate(phi, x, first, work), 1
+
+
+@answers_by_default
+def spread(phi, at, n, work, values, lanes, columns, sums, touched):
+    """Add what a batch of n points gives to its nodes to the rows of `sums`, shape (N, lanes).
+
+    For ``c < dim``, ``sums[i, c] += sum_e columns[c dim + e, b] d phi_i / d x_e``; for all ``c <
+    len(values)``, ``sums[i, dim + c] += columns[dim^2 + c, b] phi_i``. The last number of a row is
+    set to one, and `touched` widened to the range of all such rows.
+    """
+    dim = len(phi.axes)
+    grad_phi, rows = vector(phi.axes), matrix((0.0, *phi.axes), lanes)
+    for r in range(1 + dim):
+        fill_row(lanes, rows, r, 0.0)
+    for b in range(n):
+        for c in range(len(values)):
+            rows[0, dim + c] = columns[dim * dim + c, b]
+        for d in range(dim):
+            for e in range(dim):
+                rows[1 + e, d] = columns[d * dim + e, b]
+        for k in range(count(phi, at + b)):
+            i = index(phi, at + b, k)
+            add_multiple(lanes, sums, i, value(phi, at + b, k, work, grad_phi), rows, 0)
+            for e in range(dim):
+                add_multiple(lanes, sums, i, grad_phi[e], rows, 1 + e)
+            sums[i, len(lanes) - 1] = 1.0
+            touched[0], touched[1] = min(touched[0], i), max(touched[1], i + 1)
+
+
+@answers_by_default
+def interpolate(phi, at, n, work, nodes, fields):
+    """Write what the nodes' v and a are at a batch of n points to the columns of `fields`.
+
+    Its rows are v_d, ``dim + d`` for a_d, and ``(2 + d) dim + e`` for ``d v_d / d x_e``.
+    """
+    dim = len(phi.axes)
     grad_phi = vector(phi.axes)
-    for r in range(1 + len(phi.axes)):
-        for c in range(len(lanes)):
-            sums[r, c] = 0.0
-    for k in range(count(phi, at)):
-        add_multiple(lanes, sums, 0, value(phi, at, k, work, grad_phi), cell, k)
-        for d in range(len(phi.axes)):
-            add_multiple(lanes, sums, 1 + d, grad_phi[d], cell, k)
+    row, sums = matrix((0.0,), LANES), matrix((0.0, *phi.axes), LANES)
+    fill_row(LANES, row, 0, 0.0)
+    for b in range(n):
+        for r in range(1 + dim):
+            fill_row(LANES, sums, r, 0.0)
+        for k in range(count(phi, at + b)):
+            i = index(phi, at + b, k)
+            for d in range(dim):
+                row[0, d], row[0, dim + d] = nodes.v[i, d], nodes.a[i, d]
+            add_multiple(LANES, sums, 0, value(phi, at + b, k, work, grad_phi), row, 0)
+            for e in range(dim):
+                add_multiple(LANES, sums, 1 + e, grad_phi[e], row, 0)
+        for d in range(dim):
+            fields[d, b], fields[dim + d, b] = sums[0, d], sums[0, dim + d]
+            for e in range(dim):
+                fields[(2 + d) * dim + e, b] = sums[1 + e, d]
 
 
 @answers_by_default
@@ -158,6 +202,11 @@ class Stencils(NamedTuple):
 @implements(locate, Stencils)
 def _locate(phi, x, p, work):
     return p
+
+
+@implements(locate_batch, Stencils)
+def _locate_batch(phi, x, first, most, work):
+    return first, most
 
 
 @implements(count, Stencils)

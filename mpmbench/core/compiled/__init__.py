@@ -63,9 +63,14 @@ _versions: set[tuple[str, type]] = set()
 _fallbacks: dict[str, list[Callable[..., Any] | None]] = {}
 
 
+def implemented(stub: Callable[..., Any], handle: type) -> bool:
+    """Whether some file implements `stub` for handles of this very class."""
+    return (stub.__name__, handle) in _versions
+
+
 def has_version(stub: Callable[..., Any], handle: type) -> bool:
     """Whether some file implements `stub` for handles of this class, or something that it follows from."""
-    return (stub.__name__, handle) in _versions or any(
+    return implemented(stub, handle) or any(
         given is None or has_version(given, handle) for given in _fallbacks.get(stub.__name__, [])
     )
 
@@ -102,7 +107,7 @@ def fallback(
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
         def choose(first, *rest):
             handle = getattr(first, "instance_class", None)
-            if handle is None or (stub.__name__, handle) in _versions:
+            if handle is None or implemented(stub, handle):
                 return None
             return function if given is None or has_version(given, handle) else None
 
@@ -127,6 +132,7 @@ def _stack_array(context, builder, array, shape):
     for n in shape:
         length *= n
     data = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), length))
+    data.align = 64  # a cache line, and the longest vector
     strides = [8 * shape[1], 8] if len(shape) == 2 else [8]
     value = make_array(array)(context, builder)
     populate_array(
@@ -160,3 +166,14 @@ def matrix(typingctx, rows, columns):
         return _stack_array(context, builder, array, [rows.count, columns.count])
 
     return array(rows, columns), generate
+
+
+@generated
+def table(typingctx, first, second, columns):
+    """Uninitialised float64 array of ``len(first) len(second) x len(columns)``, on the stack."""
+    array = types.Array(types.float64, 2, "C")
+
+    def generate(context, builder, signature, arguments):
+        return _stack_array(context, builder, array, [first.count * second.count, columns.count])
+
+    return array(first, second, columns), generate

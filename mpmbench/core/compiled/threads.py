@@ -17,14 +17,16 @@ SMALLEST_CHUNK = 8192  # particles; below twice that there is one chunk
 MOST_CHUNKS = 8
 PAGE = 4096  # bytes
 _pool: ThreadPoolExecutor | None = None
+_others = 0  # threads besides the one that calls
 
 
 def use(threads: int) -> None:
     """Set the number of threads for all that follows in this process."""
-    global _pool
+    global _others, _pool
     if _pool is not None:
         _pool.shutdown()
-    _pool = ThreadPoolExecutor(threads) if threads > 1 else None
+    _others = threads - 1
+    _pool = ThreadPoolExecutor(_others) if _others else None
 
 
 def chunks(particles: int) -> list[tuple[int, int]]:
@@ -46,10 +48,16 @@ def apart(particles: int, *shape: int, dtype: DTypeLike = float) -> np.ndarray:
 
 def run(task: Callable[[int, int, int], None], particles: int) -> None:
     """Call ``task(chunk, start, stop)`` for every chunk; an exception in a task is raised here."""
-    numbered = [(c, start, stop) for c, (start, stop) in enumerate(chunks(particles))]
-    if _pool is None or len(numbered) == 1:
-        for part in numbered:
+    left = iter([(c, start, stop) for c, (start, stop) in enumerate(chunks(particles))])
+
+    def work() -> None:
+        for part in left:  # each is taken by one thread
             task(*part)
-    else:
-        for future in [_pool.submit(task, *part) for part in numbered]:
-            future.result()
+
+    others = _others if particles >= 2 * SMALLEST_CHUNK else 0
+    helpers = [_pool.submit(work) for _ in range(others)] if _pool is not None else []
+    try:
+        work()
+    finally:
+        for helper in helpers:
+            helper.result()

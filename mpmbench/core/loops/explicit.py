@@ -12,9 +12,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mpmbench.core.compiled import threads
-from mpmbench.core.compiled.rows import lanes_for
 from mpmbench.core.errors import NotApplicable
-from mpmbench.core.loads import constrain, external_force, reaction_work, rise_of_traction
+from mpmbench.core.loads import (
+    add_loads,
+    body_force,
+    constrain,
+    reaction_work,
+    rise_of_traction,
+)
 from mpmbench.core.loops import LoopPromises, TimeLoop
 from mpmbench.core.materials import cauchy_stress
 from mpmbench.core.registry import register
@@ -22,7 +27,7 @@ from mpmbench.core.setting import setting
 from mpmbench.core.state import State
 from mpmbench.core.transfer import find_transfer
 from mpmbench.core.transfer.carry import Update, g2p
-from mpmbench.core.transfer.sums import at_least, p2g_mass, p2g_momentum
+from mpmbench.core.transfer.sums import p2g_mass, p2g_momentum
 
 
 @register("method", "explicit")
@@ -174,8 +179,9 @@ def step(s: State, dt: float) -> None:
 def total_force(s: State) -> None:
     """Sum mass, momentum and forces on the nodes, with the loads of this instant."""
     n = s.nodes
-    s.sums(s.basis.handle, s.particles.arrays, n.m, n.q, n.f_internal)
-    external_force(s, s.basis.handle, s.time, n.f_external)
+    body_force(s, s.time)
+    s.sums(s.basis.handle, s.particles.arrays, n)
+    add_loads(s, s.basis.handle, s.time, n.f_external)
     np.add(n.f_internal, n.f_external, out=n.f)
 
 
@@ -195,11 +201,10 @@ def update_particles(
 def carry(s: State, dt: float, update: Update) -> None:
     """Update all particles in their chunks (`g2p`)."""
     p, nodes = s.particles.arrays, s.nodes.arrays
-    phi, lanes = s.basis.handle, lanes_for(2 * len(s.axes))
-    s.cells = at_least(s.cells, phi.width, len(p.x))
+    phi, solid = s.basis.handle, s.particles.material.stop
 
     def part(c: int, start: int, stop: int) -> None:
-        g2p(phi, lanes, s.law, p, nodes, dt, update, s.cells[c], start, stop)
+        g2p(phi, s.law, p, nodes, dt, update, solid, start, stop)
 
     threads.run(part, len(p.x))
 

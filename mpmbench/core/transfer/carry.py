@@ -2,9 +2,30 @@
 
 from typing import NamedTuple
 
-from mpmbench.core.bases.handle import count, index, interpolate, locate, scratch, value
-from mpmbench.core.compiled import inlined, lean, matrix, vector
+from mpmbench.core.bases.handle import (
+    count,
+    index,
+    interpolate,
+    locate,
+    locate_batch,
+    room,
+    scratch,
+    value,
+)
+from mpmbench.core.compiled import inlined, lean, matrix, table, vector
 from mpmbench.core.compiled.algebra import determinant, multiply
+from mpmbench.core.compiled.rows import (
+    BATCH,
+    GROUPS,
+    LANES,
+    add_multiple,
+    groups,
+    put,
+    put_rows,
+    set_multiple,
+    take,
+    take_rows,
+)
 from mpmbench.core.materials import cauchy_stress
 
 
@@ -19,7 +40,7 @@ class Update(NamedTuple):
 
 
 @lean
-def g2p(phi, lanes, law, p, nodes, dt, update, cell, start, stop):
+def g2p(phi, law, p, nodes, dt, update, solid, start, stop):
     """Update particles start to stop from nodal velocities and accelerations; `update` says what.
 
     velocity: ``v_p <- flip (v_p + dt sum_i phi_i a_i) + (1 - flip) sum_i phi_i v_i`` (Eqs. 27, 97;
@@ -27,61 +48,79 @@ def g2p(phi, lanes, law, p, nodes, dt, update, cell, start, stop):
     the stress from the new F (Eqs. 28-30, 53-55, 98, 99 corrected) position: ``x_p += dt sum_i
     phi_i v_i`` (Eqs. 26, 52, 96)
 
-    Particles without volume are not strained. `cell`, shape (K, lanes), holds (v_i, a_i) of the
-    functions of one cell.
+    Particles from number `solid` on, which have no volume, are not strained.
     """
-    dim, flip = len(phi.axes), update.flip
-    x, v, F, L, sigma = p.x, p.v, p.F, p.L, p.sigma
-    work = scratch(phi)
-    sums = matrix((0.0, *phi.axes), lanes)  # (v, a) at the particle, and their gradients
-    velocity_gradient, F_j = matrix(phi.axes, phi.axes), matrix(phi.axes, phi.axes)
-    sigma_j = matrix(phi.axes, phi.axes)
-    last = -1
-    for j in range(start, stop):
-        at = locate(phi, x, j, work)
-        if at != last:
-            for k in range(count(phi, at)):
-                i = index(phi, at, k)
-                for d in range(dim):
-                    cell[k, d], cell[k, dim + d] = nodes.v[i, d], nodes.a[i, d]
-            last = at
-        interpolate(phi, at, work, lanes, cell, sums)
-        for d in range(dim):
-            if update.velocity:
-                v[j, d] = flip * (v[j, d] + dt * sums[0, dim + d]) + (1.0 - flip) * sums[0, d]
-            if update.acceleration:
-                p.a[j, d] = sums[0, dim + d]
-            if update.position:
-                x[j, d] += dt * sums[0, d]
-            for e in range(dim):
-                velocity_gradient[d, e] = sums[1 + e, d]
-        if update.strain and p.V0[j] > 0.0:
-            J = deform(phi.axes, velocity_gradient, dt, F, L, F_j, j)
-            p.V[j] = p.V0[j] * J
-            for d in range(dim):
-                for e in range(dim):
-                    sigma_j[d, e] = sigma[j, d, e]
-            cauchy_stress(law, phi.axes, F_j, velocity_gradient, dt, p.state[j], sigma_j)
-            for d in range(dim):
-                for e in range(dim):
-                    sigma[j, d, e] = sigma_j[d, e]
+    axes, dim, flip = phi.axes, len(phi.axes), update.flip
+    work, fields = room(phi), table((0.0, 0.0, *axes), axes, BATCH)
+    first = start
+    while first < stop:
+        end = min(solid, stop) if first < solid else stop
+        at, n = locate_batch(phi, p.x, first, min(len(BATCH), end - first), work)
+        interpolate(phi, at, n, work, nodes, fields)
+        if update.velocity:
+            change(axes, flip, p.v, first, n, flip * dt, fields, dim)
+            if flip != 1.0:
+                change(axes, 1.0, p.v, first, n, 1.0 - flip, fields, 0)
+        if update.acceleration:
+            change(axes, 0.0, p.a, first, n, 1.0, fields, dim)
+        if update.position:
+            change(axes, 1.0, p.x, first, n, dt, fields, 0)
+        if update.strain and first < solid:
+            strain(axes, squared(axes), law, p, first, n, dt, fields)
+        first += n
 
 
 @inlined
-def deform(axes, velocity_gradient, dt, F, L, F_p, p):
-    """Update F of one particle, with a copy in `F_p`, and L where it is kept; returns det F."""
-    increment, old = matrix(axes, axes), matrix(axes, axes)
-    for d in range(len(axes)):
-        for e in range(len(axes)):
-            increment[d, e] = dt * velocity_gradient[d, e] + (1.0 if d == e else 0.0)
-            old[d, e] = F[p, d, e]
-            if L.shape[0] > 0:
-                L[p, d, e] = velocity_gradient[d, e]
-    multiply(axes, increment, old, F_p)
-    for d in range(len(axes)):
-        for e in range(len(axes)):
-            F[p, d, e] = F_p[d, e]
-    return determinant(axes, F_p)
+def change(axes, keep, old, first, n, factor, fields, row):
+    """``old <- keep old + factor fields[row]`` for the vectors of n particles."""
+    new = matrix(axes, BATCH)
+    for g in range(groups(n)):
+        b = len(LANES) * g
+        take_rows(axes, new, g, old, first + b, n - b)
+        for d in range(len(axes)):
+            i = GROUPS * d + g
+            set_multiple(LANES, new, i, keep, new, i)
+            add_multiple(LANES, new, i, factor, fields, GROUPS * (row + d) + g)
+        put_rows(axes, new, g, old, first + b, n - b)
+
+
+@inlined
+def strain(axes, entries, law, p, first, n, dt, fields):
+    """Update F, V and stress of a batch of n particles, and L where it is kept."""
+    dim, gradient = len(axes), 2 * len(axes)  # first row of the velocity gradient
+    F, sigma, V = matrix(entries, BATCH), matrix(entries, BATCH), matrix((0.0,), BATCH)
+    increment, old, F_b = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
+    L_b, sigma_b = matrix(axes, axes), matrix(axes, axes)
+    state = p.state[first : first + n]
+    take(entries, F, 0, p.F, first, n)
+    take((0.0,), V, 0, p.V0, first, n)
+    # whole vectors, where there is no history of a particle that is none
+    for b in range(n if state.shape[1] > 0 else len(LANES) * groups(n)):
+        for d in range(dim):
+            for e in range(dim):
+                L_b[d, e], old[d, e] = fields[gradient + d * dim + e, b], F[d * dim + e, b]
+                increment[d, e] = dt * L_b[d, e] + (1.0 if d == e else 0.0)
+        multiply(axes, increment, old, F_b)
+        V[0, b] *= determinant(axes, F_b)
+        cauchy_stress(law, axes, F_b, L_b, dt, state[b], sigma_b)
+        for d in range(dim):
+            for e in range(dim):
+                F[d * dim + e, b], sigma[d * dim + e, b] = F_b[d, e], sigma_b[d, e]
+    put(entries, F, 0, p.F, first, n)
+    put(entries, sigma, 0, p.sigma, first, n)
+    put((0.0,), V, 0, p.V, first, n)
+    if p.L.shape[0] > 0:
+        put(entries, fields, gradient, p.L, first, n)
+
+
+@inlined
+def squared(axes):
+    """A tuple with as many entries as a matrix has."""
+    if len(axes) == 1:
+        return (0.0,)
+    if len(axes) == 2:
+        return (0.0, 0.0, *axes)
+    return (0.0, 0.0, 0.0, *axes, *axes)
 
 
 @lean

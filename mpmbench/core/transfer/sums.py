@@ -1,112 +1,124 @@
 """Sums over particles on the nodes, for any basis and any number of dimensions.
 
 Shapes: nodal arrays (N,) and (N, dim), particle arrays (P,), (P, dim) and (P, dim, dim). Particles
-of the same grid cell that follow each other share the values of their nodes, to which they are
-added once per cell.
+of the same grid cell that follow each other are added to its nodes together.
 """
 
 from typing import Any
 
 import numpy as np
 
-from mpmbench.core.bases.handle import count, index, locate, scratch, spread, value
-from mpmbench.core.compiled import compiled, lean, matrix, threads, vector
-from mpmbench.core.compiled.rows import add_multiple, lanes_for
+from mpmbench.core.bases.handle import (
+    count,
+    index,
+    locate,
+    locate_batch,
+    room,
+    scratch,
+    spread,
+    value,
+)
+from mpmbench.core.compiled import compiled, inlined, lean, matrix, table, threads, vector
+from mpmbench.core.compiled.rows import (
+    BATCH,
+    GROUPS,
+    LANES,
+    groups,
+    lanes_for,
+    set_multiple,
+    set_product,
+    take,
+)
 from mpmbench.core.particles import SEEN
+from mpmbench.core.transfer.carry import squared
 
 
 class NodalSums:
-    """Sums of mass, momentum and internal force on the nodes, added up in the same order for any number of threads.
+    """Sums of mass, momentum and forces on the nodes, added up in the same order for any number of threads.
 
     Parameters
     ----------
     nodes, particles, dimension : int
         Fix the sizes: every chunk of particles adds to an array of its own, shape (N, lanes).
+    body_force : bool
+        There is one, which is added up with the rest.
     """
 
-    def __init__(self, nodes: int, particles: int, dimension: int) -> None:
-        self._lanes = lanes_for(2 + 2 * dimension)
+    def __init__(self, nodes: int, particles: int, dimension: int, body_force: bool) -> None:
+        self._values = (0.0,) * (1 + dimension * (2 if body_force else 1))
+        self._lanes = lanes_for(dimension + len(self._values) + 1)
         self._parts = threads.apart(particles, nodes, len(self._lanes))
         self._touched = threads.apart(particles, 2, dtype=np.int64)
-        self._cells = threads.apart(particles, 0, len(self._lanes))
 
-    def __call__(self, phi: Any, p: Any, m_i: np.ndarray, q_i: np.ndarray, f_i: np.ndarray) -> None:
-        """``m_i = sum m_p phi_i``, ``q_i = sum m_p phi_i v_p``, ``f_i = - sum V_p sigma_p grad phi_i``.
+    def __call__(self, phi: Any, p: Any, n: Any) -> None:
+        """Write sums over the particles `p` to the nodes `n`; Wobbes 2020, Eqs. 17, 20 (49, 91) and 21 (50, 92).
 
-        Wobbes 2020, Eqs. 17, 20 (49, 91) and 21 (50, 92), the last with its sign corrected.
+        ``m_i = sum m_p phi_i``, ``q_i = sum m_p phi_i v_p``, ``f_internal = - sum V_p sigma_p grad
+        phi_i`` (its sign is corrected) and ``f_external = sum m_p phi_i b_p``.
         """
-        self._cells = at_least(self._cells, phi.width, len(p.x))
 
         def add(c: int, start: int, stop: int) -> None:
-            sums, cell, touched = self._parts[c], self._cells[c], self._touched[c]
-            p2g(phi, self._lanes, p, sums, cell, touched, start, stop)
+            p2g(phi, self._values, self._lanes, p, self._parts[c], self._touched[c], start, stop)
 
         threads.run(add, len(p.x))
-        collect(self._parts, self._touched, m_i, q_i, f_i)
-
-
-def at_least(cells: np.ndarray, width: int, particles: int) -> np.ndarray:
-    """`cells`, shape (chunks, width, columns), or a new array of zeros when it has too few rows."""
-    enough = cells.shape[1] >= width
-    return cells if enough else threads.apart(particles, width, cells.shape[2])
+        collect(self._values, self._parts, self._touched, n.m, n.q, n.f_internal, n.f_external)
 
 
 @lean
-def p2g(phi, lanes, p, sums, cell, touched, start, stop):
-    """Add mass, momentum and internal force of the particles `p`, start to stop, to ``sums[i] = (m, q, f)``.
+def p2g(phi, values, lanes, p, sums, touched, start, stop):
+    """Add what the particles start to stop give to ``sums[i] = (f, m, q)`` or (f, m, q, f_external).
 
-    `sums` has the shape (N, lanes); `cell` holds the same for the functions of one cell; `touched`
-    returns the range of node numbers that were added to.
+    `sums` has the shape (N, lanes); `touched` returns the range of node numbers that were added to.
+    There is a body force if `values` is as long as (m, q, f_external).
     """
-    dim = len(phi.axes)
-    work, columns = scratch(phi), matrix((0.0, *phi.axes), lanes)
-    for r in range(1 + dim):
-        for c in range(len(lanes)):
-            columns[r, c] = 0.0
+    axes, dim = phi.axes, len(phi.axes)
+    mass = dim * dim  # row of the mass; before it is the stress times the volume, then the momentum
+    work, columns = room(phi), table((0.0, *axes), (0.0, *axes), BATCH)
+    volume = matrix((0.0,), BATCH)
     touched[0], touched[1] = sums.shape[0], 0
-    last = -1
-    x, m, v, V, sigma = p.x, p.m, p.v, p.V, p.sigma
-    for j in range(start, stop):
-        at = locate(phi, x, j, work)
-        if at != last:
-            if last >= 0:
-                add_cell(phi, last, lanes, cell, sums, touched)
-            last = at
-        columns[0, 0] = m[j]
-        for d in range(dim):
-            columns[0, 1 + d] = m[j] * v[j, d]
-            for e in range(dim):
-                columns[1 + e, 1 + dim + d] = -V[j] * sigma[j, d, e]
-        spread(phi, at, work, lanes, columns, cell)
-    if last >= 0:
-        add_cell(phi, last, lanes, cell, sums, touched)
+    first = start
+    while first < stop:
+        at, n = locate_batch(phi, p.x, first, min(len(BATCH), stop - first), work)
+        take(squared(axes), columns, 0, p.sigma, first, n)
+        take((0.0,), volume, 0, p.V, first, n)
+        take((0.0,), columns, mass, p.m, first, n)
+        for b in range(n, len(LANES) * groups(n)):
+            volume[0, b], columns[mass, b] = 0.0, 0.0
+        take(axes, columns, mass + 1, p.v, first, n)
+        if len(values) > 1 + dim:
+            take(axes, columns, mass + 1 + dim, p.b, first, n)
+        for g in range(groups(n)):
+            set_multiple(LANES, volume, g, -1.0, volume, g)
+            for c in range(mass):
+                scale(columns, c, volume, 0, g)
+            for c in range(1, len(values)):
+                scale(columns, mass + c, columns, mass, g)
+        spread(phi, at, n, work, values, lanes, columns, sums, touched)
+        first += n
 
 
-@lean
-def add_cell(phi, at, lanes, cell, sums, touched):
-    """Add the sums of one cell to its nodes and set them back to zero."""
-    for k in range(count(phi, at)):
-        i = index(phi, at, k)
-        touched[0], touched[1] = min(touched[0], i), max(touched[1], i + 1)
-        add_multiple(lanes, sums, i, 1.0, cell, k)
-        sums[i, len(lanes) - 1] = 1.0  # a lane to spare: the node is seen
-        for c in range(len(lanes)):
-            cell[k, c] = 0.0
+@inlined
+def scale(columns, row, factors, other, g):
+    """Multiply the g-th group of a row by that of another."""
+    i = GROUPS * row + g
+    set_product(LANES, columns, i, columns, i, factors, GROUPS * other + g)
 
 
 @compiled
-def collect(parts, touched, m_i, q_i, f_i):
+def collect(values, parts, touched, m_i, q_i, f_i, b_i):
     """Add up the parts in their order, and set them back to zero; seen nodes have a mass."""
     dim = q_i.shape[1]
-    m_i[:], q_i[:], f_i[:] = 0.0, 0.0, 0.0
+    m_i[:], q_i[:], f_i[:], b_i[:] = 0.0, 0.0, 0.0, 0.0
     for c in range(parts.shape[0]):
         for i in range(touched[c, 0], touched[c, 1]):
-            m_i[i] += parts[c, i, 0]
+            m_i[i] += parts[c, i, dim]
             if m_i[i] == 0.0 and parts[c, i, parts.shape[2] - 1] > 0.0:
                 m_i[i] = SEEN
             for d in range(dim):
-                q_i[i, d] += parts[c, i, 1 + d]
-                f_i[i, d] += parts[c, i, 1 + dim + d]
+                f_i[i, d] += parts[c, i, d]
+                q_i[i, d] += parts[c, i, dim + 1 + d]
+                if len(values) > 1 + dim:
+                    b_i[i, d] += parts[c, i, 2 * dim + 1 + d]
             for k in range(parts.shape[2]):
                 parts[c, i, k] = 0.0
 

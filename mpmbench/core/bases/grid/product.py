@@ -17,13 +17,35 @@ from mpmbench.core.bases.handle import (
     index,
     interpolate,
     locate,
+    locate_batch,
     place,
+    room,
     scratch,
     spread,
     value,
 )
-from mpmbench.core.compiled import compiled, implements, inlined, matrix
-from mpmbench.core.compiled.rows import add_multiple, lanes_for, set_multiple
+from mpmbench.core.compiled import (
+    answers_by_default,
+    compiled,
+    implemented,
+    implements,
+    inlined,
+    matrix,
+    table,
+)
+from mpmbench.core.compiled.rows import (
+    BATCH,
+    GROUPS,
+    LANES,
+    add_multiple,
+    add_product,
+    add_sums,
+    fill_row,
+    groups,
+    lanes_for,
+    set_multiple,
+    set_product,
+)
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box
 
@@ -50,7 +72,8 @@ def product(handle: Any) -> Callable[[Callable[..., int]], Callable[..., int]]:
     def decorate(function: Callable[..., int]) -> Callable[..., int]:
         implements(line, handle)(function)
         for question, answer in ANSWERS.items():
-            implements(question, handle)(answer)
+            if not implemented(question, handle):
+                implements(question, handle)(answer)
         return function
 
     return decorate
@@ -124,85 +147,137 @@ def _value(grid, at, k, work, grad_phi):
     return total
 
 
-def _spread(grid, at, work, lanes, columns, cell):
+def _room(grid):
+    """Functions and slopes of a batch, row ``d len(order) + a``, and local coordinates, row d."""
+    phi, slope = table(grid.axes, grid.order, BATCH), table(grid.axes, grid.order, BATCH)
+    return phi, slope, matrix(grid.axes, BATCH)
+
+
+def _locate_batch(grid, x, first, most, work):
+    """Those of the next points that are in the cell of the first, and what `line` says about them."""
     dim, order = len(grid.axes), len(grid.order)
-    plane, row = matrix(grid.axes, lanes), matrix(grid.axes, lanes)
-    if dim == 1:
-        spread_along(grid, lanes, 0, 0, work, columns, cell)
-    else:
-        for a in range(order):
-            fold(grid, lanes, dim, 0, a, work, columns, plane)
-            if dim == 2:
-                spread_along(grid, lanes, 1, a * order, work, plane, cell)
-            else:
-                for b in range(order):
-                    fold(grid, lanes, 2, 1, b, work, plane, row)
-                    spread_along(grid, lanes, 2, (a * order + b) * order, work, row, cell)
+    phi, slope, _ = work
+    point, steep = matrix(grid.axes, grid.lanes), matrix(grid.axes, grid.lanes)
+    at, n = 0, 0
+    while n < most:
+        here = 0
+        for d in range(dim):
+            p = first + n
+            here = here * grid.shape[d] + line(grid, x[p, d], p, d, point, steep)
+        if n > 0 and here != at:
+            break
+        at = here
+        for d in range(dim):
+            for a in range(order):
+                phi[d * order + a, n], slope[d * order + a, n] = point[d, a], steep[d, a]
+        n += 1
+    for r in range(dim * order):
+        for b in range(n, len(LANES) * groups(n)):
+            phi[r, b], slope[r, b] = 0.0, 0.0
+    return at, n
 
 
-@inlined
-def fold(grid, lanes, rows, d, a, work, columns, folded):
-    """Multiply by the a-th function along axis d; what belongs to its slope joins its value."""
-    phi, slope = work
-    set_multiple(lanes, folded, 0, phi[d, a], columns, 0)
-    add_multiple(lanes, folded, 0, slope[d, a], columns, 1)
-    for r in range(1, rows):
-        set_multiple(lanes, folded, r, phi[d, a], columns, 1 + r)
+@answers_by_default
+def weigh(grid, at, g, work):
+    """Write functions and slopes of the g-th group of a batch in the cell `at`, if `locate_batch` did not."""
 
 
-@inlined
-def spread_along(grid, lanes, d, k, work, columns, cell):
-    """Add to the functions k, k + 1, ..., which differ along the last axis d."""
-    phi, slope = work
-    for a in range(len(grid.order)):
-        add_multiple(lanes, cell, k + a, phi[d, a], columns, 0)
-        add_multiple(lanes, cell, k + a, slope[d, a], columns, 1)
-
-
-def _interpolate(grid, at, work, lanes, cell, sums):
+def _spread(grid, at, n, work, values, lanes, columns, sums, touched):
+    phi, slope, _ = work
     dim, order = len(grid.axes), len(grid.order)
-    plane, row = matrix(grid.axes, lanes), matrix(grid.axes, lanes)
-    clear(lanes, 1 + dim, sums)
-    if dim == 1:
-        interpolate_along(grid, lanes, 0, 0, work, cell, sums)
-    else:
+    last, used = dim - 1, dim + len(values)
+    weight, folded = matrix(grid.axes, LANES), matrix((0.0, *grid.axes, *values), LANES)
+    line_sums = table(grid.order, (*grid.axes, *values), LANES)
+    for g in range(groups(n)):
+        weigh(grid, at, g, work)
+    for k in range(lines(grid)):
+        for r in range(order * used):
+            fill_row(LANES, line_sums, r, 0.0)
+        for g in range(groups(n)):
+            line_weights(grid, k, g, work, weight)
+            for d in range(dim):
+                fill_row(LANES, folded, d, 0.0)
+                for e in range(last):
+                    c = GROUPS * (d * dim + e) + g
+                    add_product(LANES, folded, d, weight, 1 + e, columns, c)
+            for c in range(len(values)):
+                set_product(
+                    LANES, folded, dim + c, weight, 0, columns, GROUPS * (dim * dim + c) + g
+                )
+            for a in range(order):
+                for c in range(used):
+                    f = GROUPS * (last * order + a) + g
+                    add_product(LANES, line_sums, a * used + c, phi, f, folded, c)
+            for d in range(dim):
+                c = GROUPS * (d * dim + last) + g
+                set_product(LANES, folded, d, weight, 0, columns, c)
+                for a in range(order):
+                    f = GROUPS * (last * order + a) + g
+                    add_product(LANES, line_sums, a * used + d, slope, f, folded, d)
+        i = index(grid, at, k * order)
         for a in range(order):
-            clear(lanes, dim, plane)
-            if dim == 2:
-                interpolate_along(grid, lanes, 1, a * order, work, cell, plane)
-            else:
-                for b in range(order):
-                    clear(lanes, 2, row)
-                    interpolate_along(grid, lanes, 2, (a * order + b) * order, work, cell, row)
-                    unfold(grid, lanes, 2, 1, b, work, row, plane)
-            unfold(grid, lanes, dim, 0, a, work, plane, sums)
+            add_sums((*grid.axes, *values), lanes, sums, i + a, line_sums, a * used)
+            sums[i + a, len(lanes) - 1] = 1.0
+        touched[0], touched[1] = min(touched[0], i), max(touched[1], i + order)
+
+
+def _interpolate(grid, at, n, work, nodes, fields):
+    dim, order = len(grid.axes), len(grid.order)
+    phi, slope, _ = work
+    weight, along = matrix(grid.axes, LANES), matrix((0.0,), LANES)
+    sums = table((0.0, 0.0, *grid.axes), grid.axes, LANES)
+    for g in range(groups(n)):
+        weigh(grid, at, g, work)
+        for r in range((2 + dim) * dim):
+            fill_row(LANES, sums, r, 0.0)
+        for k in range(lines(grid)):
+            line_weights(grid, k, g, work, weight)
+            i = index(grid, at, k * order)
+            for d in range(dim):
+                along_line(grid, nodes.a, i, d, phi, g, along)
+                add_product(LANES, sums, dim + d, weight, 0, along, 0)
+                along_line(grid, nodes.v, i, d, phi, g, along)
+                add_product(LANES, sums, d, weight, 0, along, 0)
+                for e in range(dim - 1):
+                    add_product(LANES, sums, (2 + d) * dim + e, weight, 1 + e, along, 0)
+                along_line(grid, nodes.v, i, d, slope, g, along)
+                add_product(LANES, sums, (3 + d) * dim - 1, weight, 0, along, 0)
+        for r in range((2 + dim) * dim):
+            set_multiple(LANES, fields, GROUPS * r + g, 1.0, sums, r)
 
 
 @inlined
-def unfold(grid, lanes, rows, d, a, work, folded, sums):
-    """Add the a-th function along axis d times what the axes behind it gave: value, then slopes."""
-    phi, slope = work
-    add_multiple(lanes, sums, 0, phi[d, a], folded, 0)
-    add_multiple(lanes, sums, 1, slope[d, a], folded, 0)
-    for r in range(1, rows):
-        add_multiple(lanes, sums, 1 + r, phi[d, a], folded, r)
+def lines(grid):
+    """Number of lines of functions along the last axis in a cell."""
+    n = 1
+    for _ in range(len(grid.axes) - 1):
+        n *= len(grid.order)
+    return n
 
 
 @inlined
-def interpolate_along(grid, lanes, d, k, work, cell, sums):
-    """Sum over the functions k, k + 1, ..., which differ along the last axis d."""
-    phi, slope = work
-    for a in range(len(grid.order)):
-        add_multiple(lanes, sums, 0, phi[d, a], cell, k + a)
-        add_multiple(lanes, sums, 1, slope[d, a], cell, k + a)
+def line_weights(grid, k, g, work, weight):
+    """Product of the functions along all axes but the last, constant on line k, and its derivatives."""
+    order, (phi, slope, _) = len(grid.order), work
+    if len(grid.axes) == 1:
+        fill_row(LANES, weight, 0, 1.0)
+    elif len(grid.axes) == 2:
+        set_multiple(LANES, weight, 0, 1.0, phi, GROUPS * k + g)
+        set_multiple(LANES, weight, 1, 1.0, slope, GROUPS * k + g)
+    else:
+        i, j = GROUPS * (k // order) + g, GROUPS * (order + k % order) + g
+        set_product(LANES, weight, 0, phi, i, phi, j)
+        set_product(LANES, weight, 1, slope, i, phi, j)
+        set_product(LANES, weight, 2, phi, i, slope, j)
 
 
 @inlined
-def clear(lanes, rows, sums):
-    """Set the first rows to zero."""
-    for r in range(rows):
-        for c in range(len(lanes)):
-            sums[r, c] = 0.0
+def along_line(grid, field, i, d, functions, g, along):
+    """Sum of component d of a nodal field over the functions of a line, whose first node is i."""
+    first = GROUPS * (len(grid.axes) - 1) * len(grid.order) + g
+    set_multiple(LANES, along, 0, field[i, d], functions, first)
+    for a in range(1, len(grid.order)):
+        add_multiple(LANES, along, 0, field[i + a, d], functions, first + GROUPS * a)
 
 
 def _place(grid, columns, i, k, j, n):
@@ -222,6 +297,8 @@ ANSWERS: dict[Callable[..., Any], Callable[..., Any]] = {
     count: _count,
     index: _index,
     value: _value,
+    room: _room,
+    locate_batch: _locate_batch,
     spread: _spread,
     interpolate: _interpolate,
     place: _place,

@@ -10,8 +10,18 @@ from typing import NamedTuple
 import numpy as np
 
 from mpmbench.core.bases.grid.knots import advect, tabulate
-from mpmbench.core.bases.grid.product import GridBasis, product, product_fields
-from mpmbench.core.compiled.rows import multiply_and_add, set_multiple
+from mpmbench.core.bases.grid.product import GridBasis, product, product_fields, weigh
+from mpmbench.core.bases.handle import locate_batch
+from mpmbench.core.compiled import implements, inlined, matrix, vector
+from mpmbench.core.compiled.rows import (
+    GROUPS,
+    LANES,
+    add_product,
+    fill_row,
+    groups,
+    multiply_and_add,
+    set_multiple,
+)
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box
 
@@ -34,28 +44,81 @@ class TensorGrid(NamedTuple):
     coefficients: np.ndarray
 
 
-@product(TensorGrid)
-def polynomials_along(grid, x, p, d, phi, slope):
-    """Values and slopes of the polynomials on the span that `x` is in."""
-    order = len(grid.order)
-    last = grid.shape[d] - order
+@inlined
+def span(grid, x, d):
+    """Number of the span along axis d that `x` is in, and the local coordinate there."""
+    last = grid.shape[d] - len(grid.order)
     place = (x - grid.breaks[d, 0]) * grid.axes[d]
     s = min(max(int(place), 0), last)
-    t, scale = place - s, grid.axes[d]
+    t = place - s
     if len(grid.moving) > 0:
         while s > 0 and x < grid.breaks[d, s]:
             s -= 1
         while s < last and x >= grid.breaks[d, s + 1]:
             s += 1
-        scale = grid.inverse_width[d, s]
-        t = (x - grid.breaks[d, s]) * scale
+        t = (x - grid.breaks[d, s]) * grid.inverse_width[d, s]
+    return s, t
+
+
+@inlined
+def inverse_width(grid, d, s):
+    """1 / width of a span [1/m]."""
+    return grid.inverse_width[d, s] if len(grid.moving) > 0 else grid.axes[d]
+
+
+@implements(locate_batch, TensorGrid)
+def _locate_batch(grid, x, first, most, work):
+    dim, t, local = len(grid.axes), work[2], vector(grid.axes)
+    points = x[first : first + most]
+    at, n = 0, 0
+    while n < most:
+        here = 0
+        for d in range(dim):
+            s, local[d] = span(grid, points[n, d], d)
+            here = here * grid.shape[d] + s
+        if n > 0 and here != at:
+            break
+        at = here
+        for d in range(dim):
+            t[d, n] = local[d]
+        n += 1
+    for d in range(dim):
+        for b in range(n, len(LANES) * groups(n)):
+            t[d, b] = 0.0
+    return at, n
+
+
+@implements(weigh, TensorGrid)
+def _weigh(grid, at, g, work):
+    order, (phi, slope, t) = len(grid.order), work
+    value, steep = matrix(grid.order, LANES), matrix(grid.order, LANES)
+    for d in range(len(grid.axes) - 1, -1, -1):
+        s, at = at % grid.shape[d], at // grid.shape[d]
+        for a in range(order):
+            fill_row(LANES, value, order - 1, grid.coefficients[d, s, order - 1, a])
+            fill_row(LANES, steep, order - 1, 0.0)
+            for k in range(order - 2, -1, -1):  # Horner's scheme; the results are in row 0
+                set_multiple(LANES, steep, k, 1.0, value, k + 1)
+                add_product(LANES, steep, k, steep, k + 1, t, GROUPS * d + g)
+                fill_row(LANES, value, k, grid.coefficients[d, s, k, a])
+                add_product(LANES, value, k, value, k + 1, t, GROUPS * d + g)
+            row = GROUPS * (d * order + a) + g
+            set_multiple(LANES, phi, row, 1.0, value, 0)
+            set_multiple(LANES, slope, row, inverse_width(grid, d, s), steep, 0)
+
+
+@product(TensorGrid)
+def polynomials_along(grid, x, p, d, phi, slope):
+    """Values and slopes of the polynomials on the span that `x` is in."""
+    order = len(grid.order)
+    s, t = span(grid, x, d)
     polynomials = grid.coefficients[d, s]
     set_multiple(grid.lanes, phi, d, 1.0, polynomials, order - 1)
     set_multiple(grid.lanes, slope, d, 0.0, polynomials, order - 1)
-    for k in range(order - 2, -1, -1):  # Horner's scheme, for all functions at once
+    for k in range(order - 2, -1, -1):  # for all functions at once
         multiply_and_add(grid.lanes, slope, d, t, phi, d)
         multiply_and_add(grid.lanes, phi, d, t, polynomials, k)
-    set_multiple(grid.lanes, slope, d, scale, slope, d)
+    set_multiple(grid.lanes, slope, d, inverse_width(grid, d, s), slope, d)
     return s
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from mpmbench.core.compiled import implements
 from mpmbench.core.compiled.algebra import determinant, multiply_transposed
+from mpmbench.core.compiled.exponentials import logarithm
 from mpmbench.core.materials import energy_density
 from mpmbench.core.materials.elastic import elastic_moduli, elastic_stress, isotropic_moduli
 from mpmbench.core.materials.isotropic import IsotropicElastic, Lame
@@ -32,7 +33,7 @@ class NeoHookean(IsotropicElastic):
 def _stress(law, axes, F, tau):
     """``tau = lambda ln J I + mu (b - I)``."""
     multiply_transposed(axes, F, F, tau)
-    volumetric = law.lame * np.log(determinant(axes, F))
+    volumetric = law.lame * logarithm(determinant(axes, F))
     for i in range(len(axes)):
         for j in range(len(axes)):
             tau[i, j] = law.shear * tau[i, j] + (volumetric - law.shear if i == j else 0.0)
