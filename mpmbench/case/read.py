@@ -91,6 +91,11 @@ def read(config: Config) -> Case:
         raise NotApplicable(
             f"basis={case.basis_name} needs a grid, and {config['problem']['name']} has free nodes"
         )
+    if problem.loads(case.material).walls and not choices.meets_walls:
+        raise NotApplicable(
+            f"method.time={choices.time} knows no walls that let go, and "
+            f"{config['problem']['name']} has one"
+        )
     if choices.particles_are_nodes:
         _refuse_other_particles(case)
     return case

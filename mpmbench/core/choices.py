@@ -23,6 +23,8 @@ class Choices(Settings):
         Something happens to the particles at all.
     particles_are_nodes : bool
         The method is one of particles only, each of which is a node.
+    meets_walls : bool
+        The loop knows rigid walls that let go.
     """
 
     name: str = "mpm"
@@ -39,6 +41,7 @@ class Choices(Settings):
     implicit: ClassVar[bool] = False
     moves_particles: ClassVar[bool] = True
     particles_are_nodes: ClassVar[bool] = False
+    meets_walls: ClassVar[bool] = False
 
     # What holds for a loop without a setting of this name; the others have a field instead.
     mass = "lumped"  # mass matrix, or consistent

@@ -9,6 +9,7 @@ import numpy as np
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.particles import Particles
 from mpmbench.core.transfer.sums import p2g_momentum
+from mpmbench.core.walls import Wall
 
 if TYPE_CHECKING:
     from mpmbench.core.state import State
@@ -31,12 +32,15 @@ class Loads:
     landing : callable or None
         ``landing(x_i)`` marks the components of moving nodes, shape (N, dim) of bool, that are held
         from now on.
+    walls : tuple of Wall
+        Rigid walls, which let go what they hold.
     """
 
     body_force: Callable[[np.ndarray, float, np.ndarray], None] | None = None
     traction: Callable[[float], np.ndarray] | None = None
     prescribed_motion: Callable[[np.ndarray, float], np.ndarray] | None = None
     landing: Callable[[np.ndarray], np.ndarray] | None = None
+    walls: tuple[Wall, ...] = ()
 
     def displacement(self, X: np.ndarray, time: float) -> np.ndarray:
         """Prescribed displacements [m] of nodes or points that started at X, shape (N, dim)."""

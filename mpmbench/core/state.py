@@ -14,6 +14,7 @@ from mpmbench.core.matrix.mass import Mass
 from mpmbench.core.particles import Particles
 from mpmbench.core.transfer import Transfer, find_transfer
 from mpmbench.core.transfer.sums import NodalSums
+from mpmbench.core.walls import Walls
 
 
 class NodeArrays(NamedTuple):
@@ -103,6 +104,8 @@ class State:
     transfer : Transfer
     sums : NodalSums
         Adds up mass, momentum and forces on the nodes.
+    walls : Walls
+        The walls among the loads, and what they do.
     """
 
     particles: Particles
@@ -131,6 +134,7 @@ class State:
     axes: tuple[float, ...] = field(init=False)
     transfer: Transfer = field(init=False)
     sums: NodalSums = field(init=False)
+    walls: Walls = field(init=False)
 
     def __post_init__(self) -> None:
         p = self.particles
@@ -140,6 +144,7 @@ class State:
         self.transfer = find_transfer(self.choices.transfer)
         body_force = self.loads.body_force is not None
         self.sums = NodalSums(len(self.fixed), len(p.x), p.dimension, body_force)
+        self.walls = Walls(self.loads.walls, len(self.fixed), p.dimension)
 
     def record(self, name: str, value: Any) -> None:
         """Note a number or array about the step being done."""

@@ -16,7 +16,7 @@ import numpy as np
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box, Cloud, Geometry
-from mpmbench.core.geometry.triangulate import seed_triangles
+from mpmbench.core.geometry.triangulate import ring_mesh, seed_triangles
 from mpmbench.core.materials import Material
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
@@ -213,35 +213,6 @@ class RollingDisk(Problem):
                 "highest rise of the centre after its first landing",
             )
         return out
-
-
-def ring_mesh(radius: float, rings: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes on rings around the origin, 6 k on the k-th, and the triangles between them.
-
-    Returns
-    -------
-    nodes : ndarray
-        Positions [m], shape (1 + 3 rings (rings + 1), 2).
-    triangles : ndarray of int
-        Shape (6 rings^2, 3).
-    """
-    nodes, triangles = [np.zeros((1, 2))], []
-    first = [0]
-    for k in range(1, rings + 1):
-        angle = 2.0 * math.pi * np.arange(6 * k) / (6 * k)
-        first.append(first[-1] + (1 if k == 1 else 6 * (k - 1)))
-        nodes.append(radius * k / rings * np.stack([np.cos(angle), np.sin(angle)], axis=1))
-        inner, outer = max(6 * (k - 1), 1), 6 * k
-        for sector in range(6):
-            for i in range(k):
-                a = first[k] + (sector * k + i) % outer
-                b = first[k] + (sector * k + i + 1) % outer
-                c = first[k - 1] + (sector * (k - 1) + i) % inner
-                triangles.append((a, b, c))
-                if i < k - 1:
-                    d = first[k - 1] + (sector * (k - 1) + i + 1) % inner
-                    triangles.append((c, b, d))
-    return np.vstack(nodes), np.array(triangles, dtype=np.int64)
 
 
 def split_squares(along: int, up: int, diagonal: str) -> np.ndarray:

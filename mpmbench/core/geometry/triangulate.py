@@ -1,5 +1,7 @@
 """Triangulated sets of nodes: jittered lines and strips, cylinders, and particles in them."""
 
+import math
+
 import numpy as np
 from scipy.spatial import Delaunay
 
@@ -31,6 +33,35 @@ def seed_triangles(
         raise BadSetting("particles_per_cell", points, "1 or 3 (points per triangle)")
     X = np.einsum("gk,tkd->tgd", rules[points], nodes[triangles]).reshape(-1, 2)
     return X, np.repeat(simplex_volumes(nodes, triangles) / points, points)
+
+
+def ring_mesh(radius: float, rings: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes on rings around the origin, 6 k on the k-th, and the triangles between them.
+
+    Returns
+    -------
+    nodes : ndarray
+        Positions [m], shape (1 + 3 rings (rings + 1), 2).
+    triangles : ndarray of int
+        Shape (6 rings^2, 3).
+    """
+    nodes, triangles = [np.zeros((1, 2))], []
+    first = [0]
+    for k in range(1, rings + 1):
+        angle = 2.0 * math.pi * np.arange(6 * k) / (6 * k)
+        first.append(first[-1] + (1 if k == 1 else 6 * (k - 1)))
+        nodes.append(radius * k / rings * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+        inner, outer = max(6 * (k - 1), 1), 6 * k
+        for sector in range(6):
+            for i in range(k):
+                a = first[k] + (sector * k + i) % outer
+                b = first[k] + (sector * k + i + 1) % outer
+                c = first[k - 1] + (sector * (k - 1) + i) % inner
+                triangles.append((a, b, c))
+                if i < k - 1:
+                    d = first[k - 1] + (sector * (k - 1) + i + 1) % inner
+                    triangles.append((c, b, d))
+    return np.vstack(nodes), np.array(triangles, dtype=np.int64)
 
 
 def triangulation(nodes: np.ndarray, volume: float | None) -> np.ndarray:

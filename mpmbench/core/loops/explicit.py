@@ -61,6 +61,7 @@ class Explicit(TimeLoop):
         options=("end_point", "last_particle"),
     )
     velocity_lag: ClassVar[float] = 0.5
+    meets_walls: ClassVar[bool] = True
     stress: ClassVar[Any] = staticmethod(cauchy_stress)
 
     def check_together(self) -> None:
@@ -106,6 +107,8 @@ class Explicit(TimeLoop):
         constrain(s, dt)
         n.a[s.fixed] = 2.0 / dt * (n.v - n.v_old)[s.fixed]  # to the mean velocity of the first step
         s.mass.solve(n.f, n.a)
+        np.add(n.v_old, np.multiply(n.a, 0.5 * dt, out=n.v), out=n.v)
+        s.walls.hold(s, 0.5 * dt)
         carry(s, -0.5 * dt, Update(True, False, False, False, flip=1.0))
         np.subtract(n.v_old, 0.5 * dt * n.a, out=n.v)
         s.transfer.start(s)
@@ -155,6 +158,7 @@ def step(s: State, dt: float) -> None:
     )  # on fixed components; the solve overwrites the rest
     s.mass.solve(n.f, n.a)  # Eqs. 22, 93
     np.add(n.v_old, np.multiply(n.a, dt, out=n.v), out=n.v)  # Eqs. 24, 51, 94
+    s.external_work += s.walls.hold(s, dt)
     s.external_work += dt * float(np.vdot(n.f_external, n.v)) + reaction_work(s, dt)
     loaded = p.x[s.traction_particle]
 
@@ -218,6 +222,7 @@ def project_velocity(s: State) -> None:
     s.transfer.to_nodes(s, n.q)
     s.mass.assemble(s.basis, p, n.m)
     s.mass.solve(n.q, n.v)  # fixed components keep the velocity of the last step
+    s.walls.hold(s, s.time_step)  # particles get nothing of this
 
 
 def check(choices: Explicit) -> None:

@@ -20,7 +20,8 @@ from mpmbench.core.materials.elastic.neo_hookean import NeoHookean
 from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.simulation import Body, build_state, simulate
 from mpmbench.core.state import Loads
-from mpmbench.problems.rolling_disk import ring_mesh, split_squares
+from mpmbench.core.geometry.triangulate import ring_mesh
+from mpmbench.problems.rolling_disk import split_squares
 from tests.core.support import compose
 
 CLOUDS = {

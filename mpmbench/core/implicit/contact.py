@@ -1,0 +1,134 @@
+"""Walls in implicit steps: which nodes they hold is found together with the displacements.
+
+A node is open, sticks or slides. What it is follows from the iterate (semi-smooth Newton's method):
+an open node that has passed the wall is held on it; a held one that the wall would have to pull is
+let go; one whose friction exceeds the bound slides, and one that slides back with its friction
+sticks. Walls are normal to an axis, so that what they hold are components.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from mpmbench.core.state import State
+
+OPEN, STICKS, SLIDES = 0, 1, 2
+ROUNDING = 1e-10  # of the force that residuals are compared with, and of the nodal spacing
+
+
+class WallContact:
+    """The nodes that walls hold in one step.
+
+    Parameters
+    ----------
+    s : State
+    active : ndarray of int
+        Numbers of the nodes that have equations, shape (A,).
+    fixed : ndarray of bool
+        Components that the problem holds, shape (A, dim).
+    prescribed : ndarray
+        Their increments [m], shape (A, dim).
+
+    Attributes
+    ----------
+    fixed, prescribed : ndarray
+        The same, with what the walls hold.
+    force : ndarray
+        Friction of nodes that slide [N], shape (A, dim).
+    """
+
+    def __init__(
+        self, s: "State", active: np.ndarray, fixed: np.ndarray, prescribed: np.ndarray
+    ) -> None:
+        walls, self.active = s.walls, active
+        self.friction = walls.friction
+        self.axis = np.abs(walls.normal).argmax(axis=1)
+        self.sign = walls.normal[np.arange(len(self.axis)), self.axis]
+        distance = walls.normal @ s.basis.nodes[active].T - walls.offset[:, None]
+        self.gap = np.maximum(distance, 0.0)
+        spacing = s.geometry.nodal_spacing if s.geometry is not None else 1.0
+        self.near = ROUNDING * spacing
+        self.held_before, self.prescribed_before = fixed, prescribed
+        self.force = np.zeros(fixed.shape)
+        self.direction = np.zeros((len(self.axis), *fixed.shape))
+        held = walls.nodal_impulse[:, active].any(axis=2)
+        self.state = np.where(held, self.first_state(), OPEN)
+        self.hold()
+
+    def first_state(self) -> np.ndarray:
+        """What a node is that has just met each wall, shape (W, 1)."""
+        return np.where(self.friction > 0.0, STICKS, SLIDES)[:, None]
+
+    def hold(self) -> None:
+        """Hold the components of the nodes that are not open."""
+        self.fixed, self.prescribed = self.held_before.copy(), self.prescribed_before.copy()
+        for w, axis in enumerate(self.axis):
+            held = (self.state[w] != OPEN) & ~self.held_before[:, axis]
+            self.fixed[held, axis] = True
+            self.prescribed[held, axis] = -self.sign[w] * self.gap[w, held]
+            self.fixed[self.state[w] == STICKS] = True
+
+    def meet(self, du: np.ndarray, reaction: np.ndarray, reference: float) -> bool:
+        """Decide anew what each node is; whether anything has changed.
+
+        Parameters
+        ----------
+        du, reaction : ndarray
+            Increments [m] and forces that are lacking [N], shapes (A, dim).
+        reference : float
+            The force that residuals are compared with [N].
+        """
+        small = ROUNDING * reference
+        state, force = self.state.copy(), np.zeros_like(self.force)
+        for w, axis in enumerate(self.axis):
+            pressed = self.sign[w] * reaction[:, axis]
+            tangential = reaction.copy()
+            tangential[:, axis] = 0.0
+            moved = du.copy()
+            moved[:, axis] = 0.0
+            size, bound = np.linalg.norm(tangential, axis=1), self._bound(w, pressed)
+            sticks, slides = self.state[w] == STICKS, self.state[w] == SLIDES
+            past = self.sign[w] * du[:, axis] < -self.gap[w] - self.near
+            state[w, (self.state[w] == OPEN) & past] = self.first_state()[w]
+            starts = sticks & (size > bound + small)
+            state[w, starts] = SLIDES
+            self.direction[w, starts] = tangential[starts] / size[starts, None]
+            back = np.sum(moved * self.direction[w], axis=1) > 0.0
+            state[w, slides & back & (self.friction[w] > 0.0)] = STICKS
+            state[w, (sticks | slides) & (pressed < -small)] = OPEN
+            on = slides & (state[w] == SLIDES) & (np.linalg.norm(moved, axis=1) > self.near)
+            self.direction[w, on] = -moved[on] / np.linalg.norm(moved[on], axis=1)[:, None]
+            sliding = state[w] == SLIDES
+            force[sliding] += bound[sliding, None] * self.direction[w, sliding]
+        changed = not np.array_equal(state, self.state)
+        changed |= bool(np.abs(force - self.force).max(initial=0.0) > 100.0 * small)
+        self.state, self.force = state, force
+        self.hold()
+        return changed
+
+    def _bound(self, w: int, pressed: np.ndarray) -> np.ndarray:
+        """Largest friction [N], shape (A,)."""
+        positive = np.maximum(pressed, 0.0)
+        out = np.zeros_like(positive)
+        np.multiply(self.friction[w], positive, out=out, where=positive > 0.0)
+        return out
+
+    def finish(self, s: "State", du: np.ndarray, residual: np.ndarray, dt: float) -> None:
+        """Note what the walls gave in the step, and its work; moving nodes that they hold come to rest there."""
+        reaction = self.force - residual[self.active]
+        s.walls.nodal_impulse[:] = 0.0
+        for w, axis in enumerate(self.axis):
+            own = np.zeros_like(reaction)
+            held, sticks = self.state[w] != OPEN, self.state[w] == STICKS
+            own[held, axis] = reaction[held, axis]
+            own[sticks] = reaction[sticks]
+            sliding = self.state[w] == SLIDES
+            along = np.arange(reaction.shape[1]) != axis
+            own[np.ix_(sliding, along)] = self.force[np.ix_(sliding, along)]
+            s.walls.nodal_impulse[w, self.active] = dt * own
+            s.external_work += float(np.sum(own * du[self.active]))
+            if s.choices.moving:
+                nodes = self.active[held]
+                s.nodes.v[nodes, axis], s.nodes.a[nodes, axis] = 0.0, 0.0
+                s.nodes.v[self.active[sticks]], s.nodes.a[self.active[sticks]] = 0.0, 0.0

@@ -1,0 +1,180 @@
+"""Rigid walls: planes that hold what meets them, with Coulomb friction, and let go.
+
+In a step of size dt [s] a wall with the unit normal n gives the node i at the distance g_i the
+impulse lambda_i [N s] with which (Signorini, Coulomb)
+
+    g_i + dt n . v_i >= 0,   lambda_n >= 0,   one of both is 0,
+    |lambda_t| <= mu lambda_n,   and where the node slides it is equal and against v_t.
+
+Here ``v = v_free + M^-1 lambda`` is the velocity of the step, with the mass matrix of the method. On
+a grid a node behind the wall counts as being on it: a body meets the wall when the nodes there see
+its particles, up to one support before its surface arrives.
+"""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mpmbench.core.errors import NotConverged
+from mpmbench.core.matrix.mass import LumpedMass
+from mpmbench.core.particles import SEEN
+
+if TYPE_CHECKING:
+    from mpmbench.core.state import State
+
+TOLERANCE = 1e-11  # of velocities, over the largest one before the contact
+MOST_ITERATIONS = 10_000
+POWER_ITERATIONS, MARGIN = 20, 1.2  # the eigenvalue that so few find may be too small
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A rigid plane.
+
+    Parameters
+    ----------
+    point, normal : tuple of float
+        A point of the plane [m], and its unit normal into the free side.
+    friction : float
+        Coefficient of Coulomb friction [-]; ``inf`` for a wall on which nothing slides.
+    """
+
+    point: tuple[float, ...]
+    normal: tuple[float, ...]
+    friction: float = 0.0
+
+
+class Walls:
+    """The walls of a simulation, and what they did in the last step.
+
+    Attributes
+    ----------
+    normal, friction, offset : ndarray
+        Unit normals, shape (W, dim), coefficients of friction [-] and ``n . point`` [m], shape (W,).
+    nodal_impulse : ndarray
+        What nodes were given [N s], shape (W, N, dim); the next step starts from there.
+    """
+
+    def __init__(self, walls: tuple[Wall, ...], nodes: int, dimension: int) -> None:
+        self.normal = np.array([wall.normal for wall in walls]).reshape(-1, dimension)
+        self.friction = np.array([wall.friction for wall in walls])
+        points = np.array([wall.point for wall in walls]).reshape(-1, dimension)
+        self.offset = np.sum(self.normal * points, axis=1)
+        self.nodal_impulse = np.zeros((len(walls), nodes, dimension))
+        self._last = np.zeros((len(walls), nodes), dtype=bool)
+        self._eigenvalue = 1.0
+
+    @property
+    def impulse(self) -> np.ndarray:
+        """What each wall gave in the last step [N s], shape (W, dim)."""
+        return np.asarray(self.nodal_impulse.sum(axis=1))
+
+    def hold(self, s: "State", dt: float) -> float:
+        """Correct the velocities of the nodes, ``s.nodes.v``, and with them the accelerations.
+
+        Returns
+        -------
+        float
+            Work of the walls in the step [J].
+
+        Raises
+        ------
+        NotConverged
+            When the impulses are not found.
+        """
+        n = s.nodes
+        if not len(self.normal):
+            return 0.0
+        may = (n.m > 2.0 * SEEN) & ~s.mass.light_nodes.light & ~s.fixed.all(axis=1)
+        # fixed nodes may lie behind a wall; moving ones do by rounding
+        gap = np.maximum(self.normal @ s.basis.nodes.T - self.offset[:, None], 0.0)
+        touched = may & (self.nodal_impulse.any(axis=2) | (gap + dt * self.normal @ n.v.T < 0.0))
+        free, impulse = n.v.copy(), self.nodal_impulse
+        self.nodal_impulse = np.zeros_like(impulse)
+        while touched.any():
+            wall, node = np.nonzero(touched)
+            contacts = Contacts(
+                node, self.normal[wall], self.friction[wall], gap[touched] / dt, n.m[node]
+            )
+            if not isinstance(s.mass, LumpedMass) and not np.array_equal(touched, self._last):
+                self._eigenvalue, self._last = MARGIN * contacts.largest_eigenvalue(s), touched
+            self.nodal_impulse[touched] = contacts.find(s, free, impulse[touched], self._eigenvalue)
+            correction = contacts.answer(s, self.nodal_impulse[touched])
+            np.add(free, correction, out=n.v)
+            pushed = may & (gap + dt * self.normal @ n.v.T < 0.0) & ~touched
+            if not pushed.any():
+                n.a += correction / dt
+                break
+            touched, impulse = touched | pushed, self.nodal_impulse.copy()
+        return float(np.sum(self.nodal_impulse * n.v))
+
+
+@dataclass
+class Contacts:
+    """Nodes that walls hold or may hold in a step, C of them.
+
+    Attributes
+    ----------
+    node : ndarray of int
+        Shape (C,); a node at two walls is there twice.
+    normal : ndarray
+        Shape (C, dim).
+    friction, allowed, mass : ndarray
+        Coefficients [-], velocities towards the wall with which a node just reaches it [m/s], and
+        masses of the nodes [kg], shape (C,).
+    """
+
+    node: np.ndarray
+    normal: np.ndarray
+    friction: np.ndarray
+    allowed: np.ndarray
+    mass: np.ndarray
+
+    def answer(self, s: "State", impulse: np.ndarray) -> np.ndarray:
+        """Velocities ``M^-1 lambda`` of all nodes [m/s], shape (N, dim)."""
+        given, velocity = np.zeros_like(s.nodes.v), np.zeros_like(s.nodes.v)
+        np.add.at(given, self.node, impulse)
+        s.mass.solve(given, velocity)
+        return velocity
+
+    def largest_eigenvalue(self, s: "State") -> float:
+        """Largest eigenvalue of ``m^(1/2) M^-1 m^(1/2)`` between the contacts, by the power method."""
+        root = np.sqrt(self.mass)[:, None]
+        z = np.random.default_rng(0).standard_normal(self.normal.shape)
+        size = 1.0
+        for _ in range(POWER_ITERATIONS):
+            z = root * self.answer(s, root * z)[self.node]
+            size = float(np.linalg.norm(z))
+            z /= size
+        return size
+
+    def find(self, s: "State", free: np.ndarray, impulse: np.ndarray, largest: float) -> np.ndarray:
+        """Impulses [N s], shape (C, dim), by projected steps with Nesterov's momentum from `impulse` on.
+
+        Its fixed points satisfy the conditions above. With a lumped mass the first step finds them.
+        """
+        step = (self.mass / largest)[:, None]
+        target = free[self.node] + self.normal * self.allowed[:, None]
+        enough = TOLERANCE * float(np.abs(target).max(initial=0.0))
+        ahead = old = impulse
+        t = 1.0
+        for _ in range(MOST_ITERATIONS):
+            velocity = target + self.answer(s, ahead)[self.node]
+            new = self.admissible(ahead - step * velocity)
+            if np.all(np.abs(new - ahead) <= enough * step):
+                return new
+            if np.vdot(ahead - new, new - old) > 0.0:  # the momentum leads astray
+                t = 1.0
+            further = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * t * t))
+            ahead, old, t = new + (t - 1.0) / further * (new - old), new, further
+        raise NotConverged("the impulses of the walls are not found")
+
+    def admissible(self, impulse: np.ndarray) -> np.ndarray:
+        """The impulses brought back to ``lambda_n >= 0`` and ``|lambda_t| <= mu lambda_n``."""
+        across = np.maximum(np.sum(impulse * self.normal, axis=1), 0.0)
+        along = impulse - np.sum(impulse * self.normal, axis=1)[:, None] * self.normal
+        size = np.linalg.norm(along, axis=1)
+        bound = np.multiply(self.friction, across, where=across > 0.0, out=np.zeros_like(across))
+        share = np.divide(bound, size, where=size > bound, out=np.ones_like(size))
+        return across[:, None] * self.normal + share[:, None] * along
