@@ -52,7 +52,9 @@ class BouncingDisk(Problem):
             "an even number, at least 4",
         )
         if not choices.dynamic:
-            raise NotApplicable("bouncing_disk is a dynamic problem: it needs method.time=explicit")
+            raise NotApplicable(
+                "bouncing_disk is a dynamic problem: it needs method.time=explicit or newmark"
+            )
 
     def check_particles(self, particles_per_cell: int) -> None:
         require(
@@ -111,7 +113,11 @@ class BouncingDisk(Problem):
                 "1",
                 "speed of the centre at the end over that at the start",
             ),
-            "energy_kept": (float(energy[-1] / energy[0]), "1", "energy at the end over that before"),
+            "energy_kept": (
+                float(energy[-1] / energy[0]),
+                "1",
+                "energy at the end over that before",
+            ),
             "strain_energy_max": (
                 float(series["strain_energy"].max()),
                 "J",

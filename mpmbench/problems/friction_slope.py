@@ -39,7 +39,9 @@ class FrictionSlope(Problem):
         15.0, "whose tangent is the coefficient of friction", unit="degrees", least=0.0, below=90.0
     )
     gravity: float = setting(9.81, "weight per unit mass", unit="m/s2", above=0.0, below=1.0e4)
-    rise_time: float = setting(0.1, "in which the weight rises to its full value", unit="s", least=0.0)
+    rise_time: float = setting(
+        0.1, "in which the weight rises to its full value", unit="s", least=0.0
+    )
     travel: float = setting(0.25, "length of plane in front of the block", unit="m", least=0.0)
     particle_layout: str = setting(
         "gauss",
@@ -58,7 +60,9 @@ class FrictionSlope(Problem):
             "a multiple of 2 (whole cells over a height of 0.05 m)",
         )
         if not choices.dynamic:
-            raise NotApplicable("friction_slope is a dynamic problem: it needs method.time=explicit")
+            raise NotApplicable(
+                "friction_slope is a dynamic problem: it needs method.time=explicit or newmark"
+            )
 
     # geometry
 
@@ -87,7 +91,9 @@ class FrictionSlope(Problem):
         theta = math.radians(self.angle)
 
         def weight(X: np.ndarray, t: float, b: np.ndarray) -> None:
-            risen = 0.5 * (1.0 - math.cos(math.pi * t / self.rise_time)) if t < self.rise_time else 1.0
+            risen = (
+                0.5 * (1.0 - math.cos(math.pi * t / self.rise_time)) if t < self.rise_time else 1.0
+            )
             b[:, 0] = risen * self.gravity * math.sin(theta)
             b[:, 1] = -risen * self.gravity * math.cos(theta)
 

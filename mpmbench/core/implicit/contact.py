@@ -52,13 +52,25 @@ class WallContact:
         self.held_before, self.prescribed_before = fixed, prescribed
         self.force = np.zeros(fixed.shape)
         self.direction = np.zeros((len(self.axis), *fixed.shape))
-        held = walls.nodal_impulse[:, active].any(axis=2)
-        self.state = np.where(held, self.first_state(), OPEN)
+        self._remember(walls.nodal_impulse[:, active] / max(s.time_step, 1e-300))
         self.hold()
 
     def first_state(self) -> np.ndarray:
         """What a node is that has just met each wall, shape (W, 1)."""
         return np.where(self.friction > 0.0, STICKS, SLIDES)[:, None]
+
+    def _remember(self, force: np.ndarray) -> None:
+        """Begin with what the walls did in the last step [N], shape (W, A, dim)."""
+        held = force.any(axis=2)
+        self.state = np.where(held, self.first_state(), OPEN)
+        for w, axis in enumerate(self.axis):
+            along = force[w].copy()
+            along[:, axis] = 0.0
+            size = np.linalg.norm(along, axis=1)
+            slid = held[w] & (size > 0.0) & (size >= 0.999999 * self._bound(w, np.abs(force[w, :, axis])))
+            self.state[w, slid] = SLIDES
+            self.direction[w, slid] = along[slid] / size[slid, None]
+            self.force[slid] += along[slid]
 
     def hold(self) -> None:
         """Hold the components of the nodes that are not open."""
@@ -89,15 +101,17 @@ class WallContact:
             moved[:, axis] = 0.0
             size, bound = np.linalg.norm(tangential, axis=1), self._bound(w, pressed)
             sticks, slides = self.state[w] == STICKS, self.state[w] == SLIDES
+            moves = np.linalg.norm(moved, axis=1) > self.near
             past = self.sign[w] * du[:, axis] < -self.gap[w] - self.near
-            state[w, (self.state[w] == OPEN) & past] = self.first_state()[w]
+            met = (self.state[w] == OPEN) & past
+            state[w, met] = np.where(np.isinf(self.friction[w]) | ~moves[met], self.first_state()[w], SLIDES)
             starts = sticks & (size > bound + small)
             state[w, starts] = SLIDES
             self.direction[w, starts] = tangential[starts] / size[starts, None]
-            back = np.sum(moved * self.direction[w], axis=1) > 0.0
+            back = np.sum(moved * self.direction[w], axis=1) > self.near
             state[w, slides & back & (self.friction[w] > 0.0)] = STICKS
             state[w, (sticks | slides) & (pressed < -small)] = OPEN
-            on = slides & (state[w] == SLIDES) & (np.linalg.norm(moved, axis=1) > self.near)
+            on = ~starts & (state[w] == SLIDES) & moves
             self.direction[w, on] = -moved[on] / np.linalg.norm(moved[on], axis=1)[:, None]
             sliding = state[w] == SLIDES
             force[sliding] += bound[sliding, None] * self.direction[w, sliding]

@@ -8,6 +8,7 @@ import numpy as np
 from mpmbench.core.errors import BrokeDown, NotConverged
 from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.constraints import add_augmentation
+from mpmbench.core.implicit.contact import WallContact
 from mpmbench.core.implicit.ghost import add_ghost
 from mpmbench.core.implicit.workspace import Workspace
 from mpmbench.core.matrix.blocks import factorise, product, whole
@@ -60,6 +61,10 @@ class Equations:
         self.fixed = s.fixed[self.pattern.active] & (w.held is None)
         X = s.initial_nodes[self.pattern.active]
         self.prescribed = np.where(self.fixed, s.loads.increment(X, s.time, dt), 0.0)
+        self.contact: WallContact | None = None
+        if s.loads.walls:
+            self.contact = WallContact(s, self.pattern.active, self.fixed, self.prescribed)
+            self.fixed, self.prescribed = self.contact.fixed, self.contact.prescribed
         lame, shear = s.material.lame_parameters()
         self.young_modulus = shear * (3.0 * lame + 2.0 * shear) / (lame + shear)
         if w.held is not None:
@@ -72,6 +77,16 @@ class Equations:
         self.prescribed[:] = 0.0
         if self.w.held is not None:
             self.wanted = self.w.held.u[self.w.held.point, self.w.held.component]
+
+    def meet(self, du: np.ndarray, residual: np.ndarray, reference: float) -> bool:
+        """Let walls take and let go; whether that changed anything. The residual is brought up to date."""
+        if self.contact is None:
+            return False
+        active, before = self.pattern.active, self.contact.force
+        changed = self.contact.meet(du[active], -residual[active], reference)
+        residual[active] += self.contact.force - before
+        self.fixed, self.prescribed = self.contact.fixed, self.contact.prescribed
+        return changed
 
     def left(self, du: np.ndarray) -> np.ndarray:
         """Increments that the fixed components have yet to make [m], shape (A, dim)."""
@@ -109,6 +124,8 @@ class Equations:
         if inverted >= 0:
             return None
         residual = self.external - self.internal
+        if self.contact is not None:
+            residual[pattern.active] += self.contact.force
         if w.ghost is not None:
             stiffness = self.s.choices.ghost_stiffness * self.young_modulus
             ghost = np.zeros_like(residual)
@@ -226,12 +243,16 @@ def newton(
         raise NotConverged("a particle is inside out before the first step of Newton's iteration")
     reference = equations.reference(du, residual)
     norms.append(equations.size(du, residual) / reference)
-    while norms[-1] > s.choices.residual_tolerance:
+    since = 1  # what walls hold is the same since this iteration
+    while True:
         iterations = len(norms) - 1
-        if (
-            iterations == MOST_ITERATIONS
-            or iterations - int(np.argmin(norms[1:] or [0.0])) > PATIENCE
-        ):
+        if iterations > 0 or norms[-1] <= s.choices.residual_tolerance:
+            if equations.meet(du, residual, reference):
+                norms[-1], since = equations.size(du, residual) / reference, len(norms)
+            elif norms[-1] <= s.choices.residual_tolerance:
+                return residual
+        best = since + int(np.argmin(norms[since:] or [0.0]))
+        if iterations == MOST_ITERATIONS or iterations - best > PATIENCE:
             raise NotConverged(
                 f"Newton's iteration: residual {norms[-1]:.2e} of the external force after "
                 f"{iterations} iterations; {s.choices.residual_tolerance:.1e} is wanted"
@@ -243,7 +264,6 @@ def newton(
         allowed = (1.0 if stiffening else GROWTH) * norms[-1] * reference if grow else np.inf
         residual = search_line(equations, du, change, allowed)
         norms.append(equations.size(du, residual) / reference)
-    return residual
 
 
 def search_line(

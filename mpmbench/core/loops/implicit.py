@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
+
 from mpmbench.core.errors import NotApplicable, NotConverged
 from mpmbench.core.loops import TimeLoop
 from mpmbench.core.materials import kirchhoff_stress
@@ -67,6 +69,7 @@ class ImplicitLoop(TimeLoop):
         "shorten steps that make the residual grow; if a particle turns inside out, always",
     )
     implicit: ClassVar[bool] = True
+    meets_walls: ClassVar[bool] = True
     stress: ClassVar[Any] = staticmethod(kirchhoff_stress)
 
     def check_together(self) -> None:
@@ -96,6 +99,13 @@ class ImplicitLoop(TimeLoop):
                 f"method.dirichlet={self.dirichlet} holds points of the material: "
                 "it needs method.nodes=moving and method.shape_functions=updated"
             )
+        for wall in case.problem.loads(case.material).walls:
+            if np.count_nonzero(wall.normal) != 1:
+                raise NotApplicable(f"{loop} needs walls across an axis: turn the axes")
+            if self.dirichlet != "direct":
+                raise NotApplicable(
+                    f"method.dirichlet={self.dirichlet} holds points of the material, and walls hold nodes"
+                )
         if self.ghost_stiffness > 0.0:
             if self.on_body:
                 raise NotApplicable(

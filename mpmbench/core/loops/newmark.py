@@ -104,6 +104,8 @@ class Newmark(ImplicitLoop):
         n.a[:] = inertia.coefficient * du + start
         n.v[:] = n.v_old + dt * ((1.0 - velocity) * a_old + velocity * n.a)  # Eq. 43
         leave_out(w, n.v, n.a)
+        if equations.contact is not None:
+            equations.contact.finish(s, du, residual, dt)
         if self.moving:
             assembly.interpolate(w.phi, n.v, p.v)
             assembly.interpolate(w.phi, n.a, p.a)

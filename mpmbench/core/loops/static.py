@@ -31,6 +31,8 @@ class Static(ImplicitLoop):
         equations = Equations(s, w, s.nodes.f_external, dt, inertia=None)
         du, residual = equilibrate(s, equations)
         moved = convect(s, w, du)
+        if equations.contact is not None:
+            equations.contact.finish(s, du, residual, dt)
         s.record("reaction", reaction(s, w, residual))
         s.external_work += work_of_loads(s, before, moved, dt)
         s.time += dt

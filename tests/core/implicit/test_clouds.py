@@ -15,12 +15,12 @@ from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import threads
 from mpmbench.core.errors import BrokeDown, NotApplicable
 from mpmbench.core.geometry import Box, Cloud
+from mpmbench.core.geometry.triangulate import ring_mesh
 from mpmbench.core.loops.static import Static
 from mpmbench.core.materials.elastic.neo_hookean import NeoHookean
 from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.simulation import Body, build_state, simulate
 from mpmbench.core.state import Loads
-from mpmbench.core.geometry.triangulate import ring_mesh
 from mpmbench.problems.rolling_disk import split_squares
 from tests.core.support import compose
 
