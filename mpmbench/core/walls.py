@@ -54,6 +54,9 @@ class Walls:
         Unit normals, shape (W, dim), coefficients of friction [-] and ``n . point`` [m], shape (W,).
     nodal_impulse : ndarray
         What nodes were given [N s], shape (W, N, dim); the next step starts from there.
+    moved : ndarray
+        Displacements of the nodes of frozen functions [m], shape (N, dim), which their basis does
+        not know.
     """
 
     def __init__(self, walls: tuple[Wall, ...], nodes: int, dimension: int) -> None:
@@ -62,6 +65,7 @@ class Walls:
         points = np.array([wall.point for wall in walls]).reshape(-1, dimension)
         self.offset = np.sum(self.normal * points, axis=1)
         self.nodal_impulse = np.zeros((len(walls), nodes, dimension))
+        self.moved = np.zeros((nodes, dimension))
         self._last = np.zeros((len(walls), nodes), dtype=bool)
         self._eigenvalue = 1.0
 
@@ -69,6 +73,14 @@ class Walls:
     def impulse(self) -> np.ndarray:
         """What each wall gave in the last step [N s], shape (W, dim)."""
         return np.asarray(self.nodal_impulse.sum(axis=1))
+
+    def gap(self, nodes: np.ndarray) -> np.ndarray:
+        """Distances of nodes at `nodes`, shape (N, dim), from the walls [m], shape (W, N).
+
+        Fixed nodes may lie behind a wall, moving ones do by rounding: not less than 0.
+        """
+        distance = self.normal @ (nodes + self.moved).T - self.offset[:, None]
+        return np.asarray(np.maximum(distance, 0.0))
 
     def hold(self, s: "State", dt: float) -> float:
         """Correct the velocities of the nodes, ``s.nodes.v``, and with them the accelerations.
@@ -87,8 +99,7 @@ class Walls:
         if not len(self.normal):
             return 0.0
         may = (n.m > 2.0 * SEEN) & ~s.mass.light_nodes.light & ~s.fixed.all(axis=1)
-        # fixed nodes may lie behind a wall; moving ones do by rounding
-        gap = np.maximum(self.normal @ s.basis.nodes.T - self.offset[:, None], 0.0)
+        gap = self.gap(s.basis.nodes)
         touched = may & (self.nodal_impulse.any(axis=2) | (gap + dt * self.normal @ n.v.T < 0.0))
         free, impulse = n.v.copy(), self.nodal_impulse
         self.nodal_impulse = np.zeros_like(impulse)

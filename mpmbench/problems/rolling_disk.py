@@ -2,9 +2,9 @@
 
 The centre of a rigid disk moves along the plane by ``u = (1/2) (2/3) g sin(theta) t^2``: Eq. 64,
 integrated from rest (Eqs. 65 and 66 count the displacement twice). Axes are turned with the plane,
-which is the row of fixed nodes at y = 0; contact is whatever the shape functions make of it. A disk
-that touches the plane at the start is glued to it and hangs, so it starts a little above, falls,
-and bounces. The paper gives no radius, angle, time step or gap.
+y = 0: a rough wall that lets go. In the paper it is a row of fixed nodes, and contact is whatever
+the shape functions make of them. A disk that touches these at the start is glued to them and hangs,
+so it starts a little above, falls, and bounces. The paper gives no radius, angle, time step or gap.
 """
 
 import math
@@ -22,6 +22,7 @@ from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import Loads, State
+from mpmbench.core.walls import Wall
 from mpmbench.problems import Problem
 
 GRID_GAP, CLOUD_GAP = (
@@ -36,16 +37,26 @@ BEHIND, ABOVE = 2, 6  # cells of grid behind and above the disk
 class RollingDisk(Problem):
     """Disk rolling down an inclined plane without slipping, Iaconeta et al. 2017, Sect. 5.2.
 
-    Gap 0 glues the disk to the plane; null is the largest search radius of the paper for clouds. With
-    rising diagonals the disk sticks to the plane.
+    Gap 0 glues the disk to a plane of nodes, and so do rising diagonals; gap null is none on a wall, and
+    above nodes one cell of a grid and the largest search radius of the paper for clouds.
     """
+
+    plane: str = setting(
+        "wall", "a wall that lets go, or fixed nodes as in the paper", options=("wall", "nodes")
+    )
+    friction: float | None = setting(
+        None,
+        "coefficient of Coulomb friction of the wall; null: nothing slides",
+        unit="-",
+        least=0.0,
+    )
 
     radius: float = setting(0.5, "of the disk", unit="m", above=0.0, below=1e3)
     angle: float = setting(60.0, "inclination of the plane", unit="degrees", above=0.0, below=90.0)
     gravity: float = setting(9.81, "weight per unit mass", unit="m/s2", above=0.0, below=1.0e4)
     gap: float | None = setting(
         None,
-        "cells between disk and plane at the start; null: 1 for grids, 1.5 sqrt(2) for clouds",
+        "cells between disk and plane at the start; null: 0, above nodes 1 (grids) or 1.5 sqrt(2) (clouds)",
         unit="-",
         least=0.0,
         most=100.0,
@@ -81,6 +92,10 @@ class RollingDisk(Problem):
             raise NotApplicable(
                 "rolling_disk is a dynamic problem: it needs method.time=newmark or explicit"
             )
+        if self.plane == "wall":
+            return
+        if self.friction is not None:
+            raise NotApplicable("problem.friction is that of a wall: it needs problem.plane=wall")
         if choices.moving and basis in ("linear", "bspline"):
             raise NotApplicable(
                 f"basis={basis} on moving nodes does not see the plane: contact needs a grid or clouds"
@@ -107,12 +122,17 @@ class RollingDisk(Problem):
 
     def _centre(self, resolution: int, moving: bool) -> np.ndarray:
         h = self._spacing(resolution)
-        gap = self.gap if self.gap is not None else (CLOUD_GAP if moving else GRID_GAP)
+        gap = self.gap
+        if gap is None:
+            gap = 0.0 if self.plane == "wall" else CLOUD_GAP if moving else GRID_GAP
         return np.array([self.radius + BEHIND * h, self.radius + gap * h])
 
     def nodes(self, resolution: int, choices: Choices) -> Geometry:
         h = self._spacing(resolution)
         along = resolution + 2 * BEHIND + math.ceil(self.travel / h)
+        if choices.on_body and self.plane == "wall":
+            disk, triangles = ring_mesh(self.radius, resolution // 2)
+            return Cloud(disk + self._centre(resolution, True), triangles, spacing=h)
         if choices.moving:
             plane = np.stack([np.arange(along + 1) * h, np.zeros(along + 1)], axis=1)
             disk, _ = ring_mesh(self.radius, resolution // 2)
@@ -134,7 +154,8 @@ class RollingDisk(Problem):
     # initial and boundary conditions
 
     def fixed(self, x: np.ndarray) -> np.ndarray:
-        return np.repeat(x[:, 1:] < 1e-9 * self.radius, 2, axis=1)
+        held = (x[:, 1:] < 1e-9 * self.radius) & (self.plane == "nodes")
+        return np.repeat(held, 2, axis=1)
 
     def loads(self, material: Material) -> Loads:
         theta = math.radians(self.angle)
@@ -142,7 +163,10 @@ class RollingDisk(Problem):
         def weight(X: np.ndarray, t: float, b: np.ndarray) -> None:
             b[:, 0], b[:, 1] = self.gravity * math.sin(theta), -self.gravity * math.cos(theta)
 
-        return Loads(body_force=weight)
+        if self.plane == "nodes":
+            return Loads(body_force=weight)
+        friction = math.inf if self.friction is None else self.friction
+        return Loads(body_force=weight, walls=(Wall((0.0, 0.0), (0.0, 1.0), friction),))
 
     # exact solution of the centre
 

@@ -23,6 +23,7 @@ from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import Loads, State
+from mpmbench.core.walls import Wall
 from mpmbench.problems import Problem
 
 BASE_LENGTH = 8.0  # [m]
@@ -37,8 +38,8 @@ class SoilColumn(Problem):
     """Collapse of a cohesive soil column, plane strain, Iaconeta et al. 2017, Sect. 5.3.
 
     Initial stress k0 is the weight of the soil above, with ``1 - sin phi`` times the vertical stress
-    across. Moving nodes that reach the base ``plane`` stick to it; where only the ``nodes`` of the base
-    stop them, as in the paper, they sink between these.
+    across. Moving nodes that reach the base ``plane`` stick to it for good, a rough ``wall`` lets them
+    go; where only the ``nodes`` of the base stop them, as in the paper, they sink between these.
     """
 
     gravity: float = setting(
@@ -52,8 +53,8 @@ class SoilColumn(Problem):
     )
     base: str = setting(
         "plane",
-        "what stops moving nodes: a rough plane, or only the nodes of the base",
-        options=("plane", "nodes"),
+        "a rough plane that holds for good, a rough wall that lets go, or only nodes of the base",
+        options=("plane", "wall", "nodes"),
     )
     particle_layout: str = setting(
         "gauss",
@@ -77,7 +78,7 @@ class SoilColumn(Problem):
             raise NotApplicable(
                 "soil_column is a dynamic problem: it needs method.time=newmark or explicit"
             )
-        if choices.moving and basis in ("linear", "bspline"):
+        if self.base != "wall" and choices.moving and basis in ("linear", "bspline"):
             raise NotApplicable(
                 f"basis={basis} on moving nodes ends where the column ends: it cannot meet the base"
             )
@@ -98,6 +99,8 @@ class SoilColumn(Problem):
     def nodes(self, resolution: int, choices: Choices) -> Geometry:
         h = self.reference_length / resolution
         along = round(BASE_LENGTH / h)
+        if choices.on_body and self.base == "wall":
+            return self._column(resolution)
         if choices.moving:
             rest = np.arange(resolution + 1, along + 1) * h
             base = np.stack([rest, np.zeros_like(rest)], axis=1)
@@ -123,7 +126,8 @@ class SoilColumn(Problem):
 
     def fixed(self, x: np.ndarray) -> np.ndarray:
         wall = x[:, 0] < SLACK
-        return self.landed(x) | np.stack([wall, np.zeros_like(wall)], axis=1)
+        roller = np.stack([wall, np.zeros_like(wall)], axis=1)
+        return roller if self.base == "wall" else self.landed(x) | roller
 
     def landed(self, x: np.ndarray) -> np.ndarray:
         """Nodes on the base or below it, both components."""
@@ -133,6 +137,8 @@ class SoilColumn(Problem):
         def weight(X: np.ndarray, t: float, b: np.ndarray) -> None:
             b[:, 0], b[:, 1] = 0.0, -self.gravity
 
+        if self.base == "wall":
+            return Loads(body_force=weight, walls=(Wall((0.0, 0.0), (0.0, 1.0), math.inf),))
         return Loads(body_force=weight, landing=self.landed if self.base == "plane" else None)
 
     # quantities of interest

@@ -3,7 +3,9 @@
 A node is open, sticks or slides. What it is follows from the iterate (semi-smooth Newton's method):
 an open node that has passed the wall is held on it; a held one that the wall would have to pull is
 let go; one whose friction exceeds the bound slides, and one that slides back with its friction
-sticks. Walls are normal to an axis, so that what they hold are components.
+sticks. Walls are normal to an axis, so that what they hold are components. On a wall where nothing
+slides a step may have no solution (open, the node passes; held by all its components, it is
+pulled): what such a wall has taken in a step it lets go in the next.
 """
 
 from typing import TYPE_CHECKING
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
 
 OPEN, STICKS, SLIDES = 0, 1, 2
 ROUNDING = 1e-10  # of the force that residuals are compared with, and of the nodal spacing
+SLID = 1e-6  # a node with so little friction to spare has slid
 
 
 class WallContact:
@@ -45,29 +48,25 @@ class WallContact:
         self.friction = walls.friction
         self.axis = np.abs(walls.normal).argmax(axis=1)
         self.sign = walls.normal[np.arange(len(self.axis)), self.axis]
-        distance = walls.normal @ s.basis.nodes[active].T - walls.offset[:, None]
-        self.gap = np.maximum(distance, 0.0)
+        self.gap = walls.gap(s.basis.nodes)[:, active]
         spacing = s.geometry.nodal_spacing if s.geometry is not None else 1.0
         self.near = ROUNDING * spacing
         self.held_before, self.prescribed_before = fixed, prescribed
         self.force = np.zeros(fixed.shape)
         self.direction = np.zeros((len(self.axis), *fixed.shape))
+        self.taken = np.zeros((len(self.axis), len(active)), dtype=bool)
         self._remember(walls.nodal_impulse[:, active] / max(s.time_step, 1e-300))
         self.hold()
-
-    def first_state(self) -> np.ndarray:
-        """What a node is that has just met each wall, shape (W, 1)."""
-        return np.where(self.friction > 0.0, STICKS, SLIDES)[:, None]
 
     def _remember(self, force: np.ndarray) -> None:
         """Begin with what the walls did in the last step [N], shape (W, A, dim)."""
         held = force.any(axis=2)
-        self.state = np.where(held, self.first_state(), OPEN)
-        for w, axis in enumerate(self.axis):
-            along = force[w].copy()
-            along[:, axis] = 0.0
+        self.state = np.where(held, np.where(self.friction > 0.0, STICKS, SLIDES)[:, None], OPEN)
+        for w in np.flatnonzero(np.isfinite(self.friction)):
+            along = force[w] * (np.arange(force.shape[2]) != self.axis[w])
             size = np.linalg.norm(along, axis=1)
-            slid = held[w] & (size > 0.0) & (size >= 0.999999 * self._bound(w, np.abs(force[w, :, axis])))
+            bound = self.friction[w] * np.abs(force[w, :, self.axis[w]])
+            slid = (size > 0.0) & (size >= (1.0 - SLID) * bound)
             self.state[w, slid] = SLIDES
             self.direction[w, slid] = along[slid] / size[slid, None]
             self.force[slid] += along[slid]
@@ -94,44 +93,55 @@ class WallContact:
         small = ROUNDING * reference
         state, force = self.state.copy(), np.zeros_like(self.force)
         for w, axis in enumerate(self.axis):
-            pressed = self.sign[w] * reaction[:, axis]
-            tangential = reaction.copy()
-            tangential[:, axis] = 0.0
-            moved = du.copy()
-            moved[:, axis] = 0.0
-            size, bound = np.linalg.norm(tangential, axis=1), self._bound(w, pressed)
-            sticks, slides = self.state[w] == STICKS, self.state[w] == SLIDES
-            moves = np.linalg.norm(moved, axis=1) > self.near
-            past = self.sign[w] * du[:, axis] < -self.gap[w] - self.near
-            met = (self.state[w] == OPEN) & past
-            state[w, met] = np.where(np.isinf(self.friction[w]) | ~moves[met], self.first_state()[w], SLIDES)
-            starts = sticks & (size > bound + small)
-            state[w, starts] = SLIDES
-            self.direction[w, starts] = tangential[starts] / size[starts, None]
-            back = np.sum(moved * self.direction[w], axis=1) > self.near
-            state[w, slides & back & (self.friction[w] > 0.0)] = STICKS
-            state[w, (sticks | slides) & (pressed < -small)] = OPEN
-            on = ~starts & (state[w] == SLIDES) & moves
-            self.direction[w, on] = -moved[on] / np.linalg.norm(moved[on], axis=1)[:, None]
-            sliding = state[w] == SLIDES
-            force[sliding] += bound[sliding, None] * self.direction[w, sliding]
+            pressed, past = self.sign[w] * reaction[:, axis], self.sign[w] * du[:, axis]
+            met = (self.state[w] == OPEN) & (past < -self.gap[w] - self.near)
+            pulled = pressed < -small
+            if np.isinf(self.friction[w]):
+                state[w, met] = STICKS
+                self.taken[w] |= met
+                state[w, (self.state[w] == STICKS) & pulled & ~self.taken[w]] = OPEN
+            else:
+                along = np.arange(du.shape[1]) != axis
+                bound = self.friction[w] * np.maximum(pressed, 0.0)
+                self._slide(w, state[w], met, du * along, reaction * along, bound, small)
+                state[w, (self.state[w] == SLIDES) & pulled] = OPEN
+                sliding = state[w] == SLIDES
+                force[sliding] += bound[sliding, None] * self.direction[w, sliding]
         changed = not np.array_equal(state, self.state)
         changed |= bool(np.abs(force - self.force).max(initial=0.0) > 100.0 * small)
         self.state, self.force = state, force
         self.hold()
         return changed
 
-    def _bound(self, w: int, pressed: np.ndarray) -> np.ndarray:
-        """Largest friction [N], shape (A,)."""
-        positive = np.maximum(pressed, 0.0)
-        out = np.zeros_like(positive)
-        np.multiply(self.friction[w], positive, out=out, where=positive > 0.0)
-        return out
+    def _slide(
+        self,
+        w: int,
+        state: np.ndarray,
+        met: np.ndarray,
+        moved: np.ndarray,
+        reaction: np.ndarray,
+        bound: np.ndarray,
+        small: float,
+    ) -> None:
+        """Decide which nodes on a wall slide, with moves and reactions along it, shapes (A, dim), and whereto."""
+        far, size = np.linalg.norm(moved, axis=1), np.linalg.norm(reaction, axis=1)
+        moves = far > self.near
+        starts = (state == STICKS) & (size > bound + small)
+        state[starts] = SLIDES
+        self.direction[w, starts] = reaction[starts] / size[starts, None]
+        back = np.sum(moved * self.direction[w], axis=1) > self.near
+        if self.friction[w] > 0.0:
+            state[(state == SLIDES) & ~starts & back] = STICKS
+        state[met] = np.where(moves[met] | (self.friction[w] == 0.0), SLIDES, STICKS)
+        on = ~starts & (state == SLIDES) & moves
+        self.direction[w, on] = -moved[on] / far[on, None]
 
     def finish(self, s: "State", du: np.ndarray, residual: np.ndarray, dt: float) -> None:
         """Note what the walls gave in the step, and its work; moving nodes that they hold come to rest there."""
         reaction = self.force - residual[self.active]
         s.walls.nodal_impulse[:] = 0.0
+        if s.choices.frozen:
+            s.walls.moved += du
         for w, axis in enumerate(self.axis):
             own = np.zeros_like(reaction)
             held, sticks = self.state[w] != OPEN, self.state[w] == STICKS
