@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-11  # of velocities, over the largest one before the contact
 MOST_ITERATIONS = 10_000
+MOST_TURNS = 50  # of a node between held and let go
 POWER_ITERATIONS, MARGIN = 20, 1.2  # the eigenvalue that so few find may be too small
 
 
@@ -164,15 +165,18 @@ class Contacts:
         """Impulses [N s], shape (C, dim), by projected steps with Nesterov's momentum from `impulse` on.
 
         Its fixed points satisfy the conditions above. With a lumped mass the first step finds them.
+        With others and ``mu = inf`` there may be none (let go, the node comes back; held by all its
+        components, it is pulled): what is let go again and again is held in this step.
         """
         step = (self.mass / largest)[:, None]
         target = free[self.node] + self.normal * self.allowed[:, None]
         enough = TOLERANCE * float(np.abs(target).max(initial=0.0))
         ahead = old = impulse
-        t = 1.0
+        t, turns = 1.0, np.zeros(len(step), dtype=np.int64)
         for _ in range(MOST_ITERATIONS):
             velocity = target + self.answer(s, ahead)[self.node]
-            new = self.admissible(ahead - step * velocity)
+            new = self.admissible(ahead - step * velocity, turns > MOST_TURNS)
+            turns += np.isinf(self.friction) & old.any(axis=1) & ~new.any(axis=1)
             if np.all(np.abs(new - ahead) <= enough * step):
                 return new
             if np.vdot(ahead - new, new - old) > 0.0:  # the momentum leads astray
@@ -181,11 +185,12 @@ class Contacts:
             ahead, old, t = new + (t - 1.0) / further * (new - old), new, further
         raise NotConverged("the impulses of the walls are not found")
 
-    def admissible(self, impulse: np.ndarray) -> np.ndarray:
-        """The impulses brought back to ``lambda_n >= 0`` and ``|lambda_t| <= mu lambda_n``."""
+    def admissible(self, impulse: np.ndarray, held: np.ndarray) -> np.ndarray:
+        """The impulses brought back to ``lambda_n >= 0`` and ``|lambda_t| <= mu lambda_n``, but for those `held`."""
         across = np.maximum(np.sum(impulse * self.normal, axis=1), 0.0)
         along = impulse - np.sum(impulse * self.normal, axis=1)[:, None] * self.normal
         size = np.linalg.norm(along, axis=1)
         bound = np.multiply(self.friction, across, where=across > 0.0, out=np.zeros_like(across))
         share = np.divide(bound, size, where=size > bound, out=np.ones_like(size))
-        return across[:, None] * self.normal + share[:, None] * along
+        allowed = across[:, None] * self.normal + share[:, None] * along
+        return np.where(held[:, None], impulse, allowed)
