@@ -310,6 +310,7 @@ def test_meshes_of_the_disk() -> None:
 def disk(**changes: Any) -> xr.Dataset:
     basis = changes.pop("basis", "linear")
     method = "implicit_mpm" if basis == "linear" else "gmm"
+    changes = {"problem__plane": "nodes", **changes}
     return case.solve(compose("rolling_disk", method, basis, **changes))
 
 

@@ -207,6 +207,9 @@ class GivenResiduals:
     def size(self, du: np.ndarray, residual: np.ndarray) -> float:
         return float(residual[0, 0])
 
+    def meet(self, du: np.ndarray, residual: np.ndarray, reference: float) -> bool:
+        return False
+
 
 @pytest.mark.parametrize(
     ("residuals", "given_up_after"),
