@@ -251,7 +251,7 @@ def newton(
                 norms[-1], since = equations.size(du, residual) / reference, len(norms)
             elif norms[-1] <= s.choices.residual_tolerance:
                 return residual
-        best = since + int(np.argmin(norms[since:] or [0.0]))
+        best = since - 1 + int(np.argmin(norms[since:] or [0.0]))
         if iterations == MOST_ITERATIONS or iterations - best > PATIENCE:
             raise NotConverged(
                 f"Newton's iteration: residual {norms[-1]:.2e} of the external force after "
