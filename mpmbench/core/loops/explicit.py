@@ -177,7 +177,7 @@ def step(s: State, dt: float) -> None:
     s.external_work += rise_of_traction(s, dt, loaded)
     if choices.moving and not choices.frozen:
         s.basis.move(np.multiply(n.v, dt, out=n.q))  # Eqs. 51, 95
-    if choices.frozen:
+    if choices.frozen and s.loads.walls:
         s.walls.moved += dt * n.v
     s.time += dt
 
