@@ -9,6 +9,7 @@ import xarray as xr
 
 from mpmbench.analysis.norms import error_norms
 from mpmbench.case.read import Case, Config
+from mpmbench.core.materials.fields import derived_fields
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
 
@@ -146,8 +147,9 @@ def _add_snapshots(out: xr.Dataset, state: State, solution: Solution) -> None:
         ("volume", (), kept("V"), f"m{p.dimension}"),
     ):
         out[name] = labelled((*each, *axes), values, unit, name)
-    for name, (column, unit, text) in state.material.outputs.items():
-        values = np.array([shot["state"][keep, column] for shot in shots])
+    derived = [derived_fields(state.material, shot) for shot in shots]
+    for name, (_, unit, text) in derived[0].items():
+        values = np.array([fields[name][0][keep] for fields in derived])
         out[name] = labelled(each, values, unit, text)
     for name, declared in p.declared.items():
         own = [

@@ -74,7 +74,8 @@ class Solution:
     history : dict of list
         Time series by name; shapes (time,), (time, dim) or (time, 3).
     snapshots : list of dict
-        ``time`` [s] and copies of x, v, F, sigma, V, state and further data of all particles.
+        ``time`` [s] and copies of x, v, F, sigma, V, state, L where the material needs it,
+        and further data of all particles.
     records : dict of list
         What the time loop noted about each step (`State.record`).
     """
@@ -346,6 +347,8 @@ class Watch:
         """Copy the particles."""
         p = self.state.particles
         arrays = {name: getattr(p, name) for name in ("x", "v", "F", "sigma", "V", "state")}
+        if len(p.L):
+            arrays["L"] = p.L
         copies = {name: array.copy() for name, array in {**arrays, **p.data}.items()}
         self.solution.snapshots.append({"time": self.state.time, **copies})
 

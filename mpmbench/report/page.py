@@ -282,6 +282,12 @@ def _add_fields(section: Section, study: Study) -> None:
     section.draw("stress_profile", "Final stress", caption, profiles.stress_profile(fields))
     caption = f"Particles where they are at the end, coloured by their stress, {place}."
     section.draw("particle_map", "Particle map", caption, profiles.particle_map(fields))
+    if any("plastic_strain" in one.scalars for one in fields):
+        for name, label in profiles.SCALARS.items():
+            words = label.split(" [")[0]
+            caption = f"Particles where they are at the end, coloured by their {words}, {place}."
+            title = f"Map of the {words}"
+            section.draw(f"map_{name}", title, caption, profiles.particle_map(fields, name))
 
 
 def _code_versions(campaign: Campaign) -> int:

@@ -1,6 +1,6 @@
 """Fields at the end of a run: stress along a line of particles, and maps of particles."""
 
-from dataclasses import dataclass
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -15,10 +15,17 @@ MOST_PANELS = 12
 TITLE_WIDTH = 26  # characters
 MOST_PARTICLES = 20000  # of all panels together, for the choice of the resolution
 VECTOR_POINTS = 1500  # more points than this are drawn as an image inside the figure
-FIELDS = ("position", "position_initial", "stress", "stress_exact")
+# Scalars of particles that maps can show, by their names in results.
+SCALARS = {
+    "plastic_strain": "equivalent plastic strain",
+    "von_mises": "von Mises stress [Pa]",
+    "pressure": "pressure [Pa]",
+    "temperature": "temperature [K]",
+}
+FIELDS = ("position", "position_initial", "stress", "stress_exact", *SCALARS)
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class Field:
     """The last snapshot of one run.
 
@@ -32,6 +39,8 @@ class Field:
         Stress component 11 [Pa], shape (P,).
     exact : ndarray or None
         The same of the exact solution.
+    scalars : dict of ndarray
+        Those of `SCALARS` that the run has, shape (P,).
     """
 
     series: Series
@@ -39,6 +48,7 @@ class Field:
     initial: np.ndarray
     stress: np.ndarray
     exact: np.ndarray | None
+    scalars: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
 
 
 def final_fields(study: Study) -> tuple[float, list[Field]]:
@@ -83,7 +93,9 @@ def _field(study: Study, one: Series, file: str) -> Field | None:
         return None
     initial = _matrix(found["position_initial"]) if "position_initial" in found else position
     exact = _component(found["stress_exact"][-1]) if "stress_exact" in found else None
-    return Field(one, position, initial, stress, exact)
+    last = {name: found[name][-1] for name in SCALARS if name in found}
+    scalars = {name: values for name, values in last.items() if len(values) == len(position)}
+    return Field(one, position, initial, stress, exact, scalars)
 
 
 def _matrix(values: np.ndarray) -> np.ndarray:
@@ -137,9 +149,18 @@ def stress_profile(fields: list[Field]) -> Figure | None:
     return figure
 
 
-def particle_map(fields: list[Field]) -> Figure | None:
-    """Particles of the plane (of a slice, in 3D) coloured by their stress, one panel per curve."""
-    fields = [field for field in fields if field.position.shape[1] >= 2]
+def particle_map(fields: list[Field], name: str = "stress") -> Figure | None:
+    """Particles of the plane (of a slice, in 3D) coloured by a field, one panel per curve that has it.
+
+    `name` is ``stress``, for the component 11, or one of `SCALARS`.
+    """
+    fields = [one for one in fields if one.position.shape[1] >= 2]
+    if name != "stress":
+        fields = [
+            dataclasses.replace(one, stress=one.scalars[name], exact=None)
+            for one in fields
+            if name in one.scalars
+        ]
     if not fields:
         return None
     figure, axes_of = _panels(fields, height=1.45)
@@ -162,7 +183,7 @@ def particle_map(fields: list[Field]) -> Figure | None:
         axes.grid(False)
     look: dict[str, Any] = {"shrink": 0.8, "aspect": 30, "location": "top", "extend": "both"}
     places = [axes for _, axes in axes_of]
-    figure.colorbar(drawn, ax=places, label=r"stress $\sigma_{11}$ [Pa]", **look)
+    figure.colorbar(drawn, ax=places, label=SCALARS.get(name, r"stress $\sigma_{11}$ [Pa]"), **look)
     name_axes(figure, "position $x_1$ [m]", "position $x_2$ [m]")
     return figure
 

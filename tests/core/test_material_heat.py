@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from mpmbench.contracts.materials import Path, energy
+from mpmbench.contracts.materials import Path, energy, work_along
 from mpmbench.core.errors import BadSetting
 from mpmbench.core.materials.plastic import PLASTIC_STRAIN, PLASTIC_WORK
 from mpmbench.core.materials.plastic.j2 import J2
@@ -265,7 +265,24 @@ def test_temperatures_out_of_range(name: str) -> None:
     tau, moduli, state = step(molten, increment, new, 1e-5)
     assert von_mises(tau) < 1e-9 * abs(np.trace(tau)) and np.isfinite(moduli).all()
     assert state[PLASTIC_STRAIN] > 0.0 == state[PLASTIC_WORK]
+    assert molten.fields(state)["temperature"][0] == 5000.0
+    state[PLASTIC_WORK] = 1e12
+    assert cold.fields(state)["temperature"][0] == cold.melting_temperature
     assert np.allclose(np.linalg.det(b_of(state)), np.linalg.det(increment) ** 2)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_work_is_stored_or_lost(name: str) -> None:
+    """Also where heat does work: squeezed and let go while it shears, the work is all there."""
+    path, work, before = Path(LAWS[name], 3), 0.0, 0.0
+    shear = np.array([[0.0, 0.4, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    for share in np.linspace(0.0, 1.0, 4001)[1:]:
+        F = (1.0 - 0.1 * np.sin(np.pi * share)) * (np.eye(3) + share * shear)
+        work += work_along(path, [F], 1e-7)
+        assert path.state[PLASTIC_WORK] >= before
+        before = path.state[PLASTIC_WORK]
+    assert before > 1e7
+    assert work - path.energy == pytest.approx(before, rel=1e-3)
 
 
 @pytest.mark.parametrize("J", (0.6, 0.9, 1.05))

@@ -240,6 +240,28 @@ def test_plane_problem_has_a_line_and_a_map(tmp_path, write_run):
     assert "x_2" in chart.get_supylabel()
 
 
+def test_maps_show_a_field_by_its_name() -> None:
+    """Of the runs that have it; the scalars of a file count where they belong to its particles."""
+    points = np.random.default_rng(0).random((2, 30, 2))
+    found = {
+        "position": points,
+        "stress": np.ones((2, 30, 2, 2)),
+        "temperature": 300.0 + points[..., 0],
+    }
+    found |= {"von_mises": np.ones((2, 29))}
+    study = SimpleNamespace(campaign=SimpleNamespace(variables=lambda file, names: found))
+    series = SimpleNamespace(name="a metal", method="mpm")
+    metal = profiles._field(study, series, "")
+    assert list(metal.scalars) == ["temperature"]
+    plain = profiles.Field(series, points[-1], points[-1], np.zeros(30), np.zeros(30))
+    with style.applied():
+        chart = profiles.particle_map([plain, metal], "temperature")
+        assert profiles.particle_map([plain, metal], "von_mises") is None
+    cloud, *others = [axes.collections[0] for axes in chart.axes if axes.get_title()]
+    assert not others and cloud.get_array().tolist() == (300.0 + points[-1, :, 0]).tolist()
+    assert any("temperature [K]" in axes.get_xlabel() for axes in chart.axes)
+
+
 @pytest.mark.parametrize("noise", [0.0, 1e-15])
 def test_maps_of_a_constant_exact_stress_share_their_colours(tmp_path, write_run, noise):
     for resolution in (8, 16):

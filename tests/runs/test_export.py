@@ -142,3 +142,32 @@ def test_what_cannot_be_exported_is_said(campaign, command, folder):
     )
     outcome = command("export", str(empty), "--vtk")
     assert outcome.code == 1 and "there are no particles in it" in outcome.err
+
+
+def test_derived_fields_have_their_names_everywhere(tmp_path, command):
+    """Of a metal in 1D, whose axes out of the line count: in the result, for ParaView and as a table."""
+    metal = ("material=thermo_viscoplastic", "material.yield_stress=1", "method=mpm")
+    place = f"output_dir={tmp_path}"
+    run = start(
+        "problem=bar_fixed_ends", "basis=linear", "resolution=4", "end_time=0.1", *metal, place
+    )
+    assert run.wait() == 0
+    (file,) = tmp_path.glob("default/*.nc")
+    dataset = xr.load_dataset(file, decode_cf=False)
+    names = {"pressure": "Pa", "von_mises": "Pa", "plastic_strain": "1", "temperature": "K"}
+    assert {name: dataset[name].units for name in names} == names
+    last = dataset.isel(snapshot=-1)
+    assert last.plastic_strain.max() > 0.0 and (last.temperature >= 300.0).all()
+    radial = 1.5 * np.abs(last.stress.values[:, 0, 0] + last.pressure.values)
+    assert last.von_mises.values == pytest.approx(radial)  # (sigma_11 - sigma_22) with equal others
+    assert dataset.dissipated_energy[0] == 0.0 < dataset.dissipated_energy[-1]
+    assert float(dataset.energy_drift) < 0.05
+    assert command("export", str(file), "--vtk", "--csv").code == 0
+    piece = ElementTree.parse(instants(file.parent / "export")[-1][1]).getroot()
+    arrays = {one.get("Name"): read_array(one) for one in piece.iter("DataArray")}
+    (table,) = (file.parent / "export").glob("*-particles.csv")
+    with open(table, encoding="utf-8") as lines:
+        rows = list(csv.DictReader(lines))[-dataset.sizes["particle"] :]
+    for name, unit in names.items():
+        assert arrays[f"{name} [{unit}]"][:, 0].tolist() == last[name].values.tolist()
+        assert [float(row[f"{name} [{unit}]"]) for row in rows] == last[name].values.tolist()
