@@ -37,9 +37,14 @@ def dissipated_energy(material: Material, p: Particles) -> float:
 
 
 @compiled
-def first_bad_volume(V, V0):
-    """Number of the first particle whose volume is not positive and finite, -1 if there is none."""
-    for p in range(V.shape[0]):
-        if V0[p] > 0.0 and not (0.0 < V[p] < 1e300):
-            return p
+def first_bad_volume(V, V0, start, stop):
+    """Number of the first of the particles start to stop whose volume is not positive and finite, or -1."""
+    V, V0 = V[start:stop], V0[start:stop]
+    bad = 0
+    for p in range(V.shape[0]):  # in vector instructions
+        bad += V0[p] > 0.0 and not (0.0 < V[p] < 1e300)
+    if bad > 0:
+        for p in range(V.shape[0]):
+            if V0[p] > 0.0 and not (0.0 < V[p] < 1e300):
+                return start + p
     return -1

@@ -23,7 +23,8 @@ class Loads:
     ----------
     body_force : callable or None
         ``body_force(X, t, b)`` writes the force per unit mass [N/kg] at initial positions X, shape
-        (P, dim), to `b`.
+        (n, dim), to `b`; explicit methods call it for one part of the particles after the other,
+        from several threads.
     traction : callable or None
         ``traction(t)`` gives the point loads [N], shape (n, dim); they act on the first n tracers.
     prescribed_motion : callable or None
@@ -62,11 +63,14 @@ def loaded_points(p: Particles, loads: int, treatment: str) -> np.ndarray:
     return np.argmin(distance, axis=1)
 
 
-def body_force(s: "State", time: float) -> np.ndarray:
-    """Body force per unit mass at `time` [N/kg], shape (P, dim); it is left in ``particles.b``."""
+def body_force(s: "State", time: float, start: int = 0, stop: int | None = None) -> np.ndarray:
+    """Body force per unit mass at `time` [N/kg], shape (P, dim), of particles start to stop or of all.
+
+    It is left in ``particles.b``.
+    """
     p = s.particles
     if s.loads.body_force is not None:
-        s.loads.body_force(p.X, time, p.b)
+        s.loads.body_force(p.X[start:stop], time, p.b[start:stop])
     return p.b
 
 

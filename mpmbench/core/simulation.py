@@ -11,6 +11,7 @@ from mpmbench.core.bases import Basis, BasisSettings
 from mpmbench.core.bases.frozen import FrozenBasis
 from mpmbench.core.bases.grid.product import GridBasis, count_crossings
 from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.compiled import threads
 from mpmbench.core.energies import (
     dissipated_energy,
     first_bad_volume,
@@ -221,7 +222,7 @@ def guard(s: State) -> None:
     """
     p = s.particles
     solid = p.material
-    bad = first_bad_volume(p.V, p.V0)
+    bad = threads.first(threads.run(lambda c, *part: first_bad_volume(p.V, p.V0, *part), len(p.V)))
     if bad >= 0:
         if not np.isfinite(p.V[bad]):
             raise Diverged(f"the volume of particle {bad} is not finite")
@@ -298,7 +299,11 @@ class Watch:
         """Count the particles that are in another cell of a fixed grid than after the step before."""
         s, p = self.state, self.state.particles
         if isinstance(s.basis, GridBasis) and not s.choices.moving:
-            self.solution.cell_crossings += count_crossings(s.basis.handle, p.x, self.cells)
+            crossed = threads.run(
+                lambda c, *part: count_crossings(s.basis.handle, p.x, self.cells, *part),
+                len(self.cells),
+            )
+            self.solution.cell_crossings += sum(crossed)
 
     def before_step(self, dt: float) -> None:
         """Have the accelerations kept, if a sample is due after the step."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import compiled
+from mpmbench.core.compiled.exponentials import logarithm
 from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box
 from mpmbench.core.materials import Material
@@ -79,18 +80,17 @@ class PlateAxisAligned(Problem):
         l, A, rho = self.reference_length, self.displacement_amplitude, material.density
         omega = self._frequency(material)
 
+        k, young = 2.0 * np.pi / l, rho * (omega * l / np.pi) ** 2
+        kept: dict[tuple[int, int], tuple[np.ndarray, ...]] = {}  # X stays where it is, as it is
+
         def body_force(X: np.ndarray, t: float, b: np.ndarray) -> None:
-            manufactured_force(
-                X,
-                A,
-                l,
-                float(np.sin(omega * t)),
-                rho,
-                lame,
-                shear,
-                (rho * (omega * l / np.pi) ** 2),
-                b,
-            )
+            place = X.ctypes.data, len(X)
+            if place not in kept:
+                kept[place] = np.sin(k * X), np.cos(k * X), np.zeros(len(X)), X
+            sines, cosines, log_J, _ = kept[place]
+            s = A * float(np.sin(omega * t))
+            factor = np.pi**2 / (rho * l**2)
+            manufactured_force(sines, cosines, log_J, b, s, k * s, factor, lame, shear, young)
 
         return Loads(body_force=body_force)
 
@@ -125,15 +125,19 @@ class PlateAxisAligned(Problem):
 
 
 @compiled
-def manufactured_force(X, A, length, s, rho, lame, shear, young, b):
-    """``b_i = (pi^2 u_i/(rho_0 l^2)) {(4/F_i^2) [lambda (1 - ln J) + mu (1 + F_i^2)] - E}``; s is sin(c pi t/l)."""
-    k = 2.0 * np.pi / length
-    for p in range(X.shape[0]):
-        F_1 = 1.0 + k * A * np.cos(k * X[p, 0]) * s
-        F_2 = 1.0 - k * A * np.cos(k * X[p, 1]) * s
-        log_J = np.log(F_1 * F_2)
-        for d in range(2):
-            F_i, sign = (F_1, 1.0) if d == 0 else (F_2, -1.0)
-            u_i = A * np.sin(k * X[p, d]) * s * sign
-            bracket = 4.0 / F_i**2 * (lame * (1.0 - log_J) + shear * (1.0 + F_i**2)) - young
-            b[p, d] = np.pi**2 * u_i / (rho * length**2) * bracket
+def manufactured_force(sines, cosines, log_J, b, displacement, strain, factor, lame, shear, young):
+    """``b_i = (pi^2 u_i/(rho_0 l^2)) {(4/F_i^2) [lambda (1 - ln J) + mu (1 + F_i^2)] - E}``.
+
+    `displacement` and `strain` are the largest of this instant, `factor` is ``pi^2/(rho_0 l^2)``.
+    Sines and cosines of the initial places have the shape of `b`; `log_J` is written.
+    """
+    for p in range(b.shape[0]):
+        log_J[p] = (1.0 + strain * cosines[p, 0]) * (1.0 - strain * cosines[p, 1])
+    for p in range(b.shape[0]):  # in a loop of its own, which the compiler can vectorise
+        log_J[p] = logarithm(log_J[p])
+    for p in range(b.shape[0]):
+        F_1, F_2 = 1.0 + strain * cosines[p, 0], 1.0 - strain * cosines[p, 1]
+        u_1, u_2 = displacement * sines[p, 0], -displacement * sines[p, 1]
+        volumetric = lame * (1.0 - log_J[p]) + shear
+        b[p, 0] = factor * u_1 * (4.0 * (volumetric / (F_1 * F_1) + shear) - young)
+        b[p, 1] = factor * u_2 * (4.0 * (volumetric / (F_2 * F_2) + shear) - young)

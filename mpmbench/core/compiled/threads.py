@@ -9,6 +9,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from math import prod
+from typing import Any
 
 import numpy as np
 from numpy.typing import DTypeLike
@@ -46,13 +47,17 @@ def apart(particles: int, *shape: int, dtype: DTypeLike = float) -> np.ndarray:
     return padded[:, :n].reshape(rows, *shape)
 
 
-def run(task: Callable[[int, int, int], None], particles: int) -> None:
-    """Call ``task(chunk, start, stop)`` for every chunk; an exception in a task is raised here."""
-    left = iter([(c, start, stop) for c, (start, stop) in enumerate(chunks(particles))])
+def run(task: Callable[[int, int, int], Any], particles: int) -> list[Any]:
+    """Call ``task(chunk, start, stop)`` for every chunk, and give what each returned.
+
+    An exception in a task is raised here.
+    """
+    parts = [(c, start, stop) for c, (start, stop) in enumerate(chunks(particles))]
+    results, left = [None] * len(parts), iter(parts)
 
     def work() -> None:
         for part in left:  # each is taken by one thread
-            task(*part)
+            results[part[0]] = task(*part)
 
     others = _others if particles >= 2 * SMALLEST_CHUNK else 0
     helpers = [_pool.submit(work) for _ in range(others)] if _pool is not None else []
@@ -61,3 +66,9 @@ def run(task: Callable[[int, int, int], None], particles: int) -> None:
     finally:
         for helper in helpers:
             helper.result()
+    return results
+
+
+def first(found: list[int]) -> int:
+    """The first number of a list that is not negative, else -1."""
+    return next((number for number in found if number >= 0), -1)

@@ -185,8 +185,7 @@ def step(s: State, dt: float) -> None:
 def total_force(s: State) -> None:
     """Sum mass, momentum and forces on the nodes, with the loads of this instant."""
     n = s.nodes
-    body_force(s, s.time)
-    s.sums(s.basis.handle, s.particles.arrays, n)
+    s.sums(s.basis.handle, s.particles.arrays, n, lambda *part: body_force(s, s.time, *part))
     add_loads(s, s.basis.handle, s.time, n.f_external)
     np.add(n.f_internal, n.f_external, out=n.f)
 

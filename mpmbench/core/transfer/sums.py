@@ -4,6 +4,7 @@ Shapes: nodal arrays (N,) and (N, dim), particle arrays (P,), (P, dim) and (P, d
 of the same grid cell that follow each other are added to its nodes together.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -50,14 +51,16 @@ class NodalSums:
         self._parts = threads.apart(particles, nodes, len(self._lanes))
         self._touched = threads.apart(particles, 2, dtype=np.int64)
 
-    def __call__(self, phi: Any, p: Any, n: Any) -> None:
+    def __call__(self, phi: Any, p: Any, n: Any, body_force: Callable[[int, int], Any]) -> None:
         """Write sums over the particles `p` to the nodes `n`; Wobbes 2020, Eqs. 17, 20 (49, 91) and 21 (50, 92).
 
         ``m_i = sum m_p phi_i``, ``q_i = sum m_p phi_i v_p``, ``f_internal = - sum V_p sigma_p grad
-        phi_i`` (its sign is corrected) and ``f_external = sum m_p phi_i b_p``.
+        phi_i`` (its sign is corrected) and ``f_external = sum m_p phi_i b_p``, where
+        ``body_force(start, stop)`` writes b of some particles just before they are added.
         """
 
         def add(c: int, start: int, stop: int) -> None:
+            body_force(start, stop)
             p2g(phi, self._values, self._lanes, p, self._parts[c], self._touched[c], start, stop)
 
         threads.run(add, len(p.x))

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mpmbench.core.bases.cells.quads import MovingCells
-from mpmbench.core.bases.grid.product import first_outside
+from mpmbench.core.bases.grid.product import first_outside_box
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.errors import BadSetting, BrokeDown
 from mpmbench.core.geometry import Cloud
@@ -119,7 +119,7 @@ class FixedSimplices(MovingSimplices):
 
     def first_outside(self, x: np.ndarray) -> int:
         """As any basis; outside is beyond the bounding box of the nodes."""
-        return int(first_outside(x, self._lower, self._upper))
+        return first_outside_box(x, self._lower, self._upper)
 
     def move(self, displacement: np.ndarray) -> None:
         """Nothing to do: the nodes stay."""

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from mpmbench.core.bases import StoredBasis
 from mpmbench.core.bases.clouds.search import fill_buckets, list_near, make_buckets
-from mpmbench.core.bases.grid.product import first_outside
+from mpmbench.core.bases.grid.product import first_outside_box
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import threads
 from mpmbench.core.errors import BadSetting, BrokeDown
@@ -76,7 +76,7 @@ class CloudBasis(StoredBasis):
         self.repaired = 0
 
     def first_outside(self, x: np.ndarray) -> int:
-        return int(first_outside(x, self._lower, self._upper))
+        return first_outside_box(x, self._lower, self._upper)
 
     def move(self, displacement: np.ndarray) -> None:
         self.nodes += displacement

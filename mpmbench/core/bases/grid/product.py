@@ -32,6 +32,7 @@ from mpmbench.core.compiled import (
     inlined,
     matrix,
     table,
+    threads,
 )
 from mpmbench.core.compiled.rows import (
     BATCH,
@@ -306,21 +307,34 @@ ANSWERS: dict[Callable[..., Any], Callable[..., Any]] = {
 
 
 @compiled
-def first_outside(x, lower, upper):
-    """Number of the first point outside the box (or not a number), -1 if there is none."""
-    for p in range(x.shape[0]):
-        for d in range(x.shape[1]):
-            if not (lower[d] <= x[p, d] <= upper[d]):
-                return p
+def first_outside(x, lower, upper, start, stop):
+    """Number of the first of the points start to stop outside the box (or not a number), or -1."""
+    x = x[start:stop]
+    outside = 0
+    for d in range(x.shape[1]):
+        low, high = lower[d], upper[d]
+        for p in range(x.shape[0]):  # in vector instructions
+            outside += not (low <= x[p, d] <= high)
+    if outside > 0:
+        for p in range(x.shape[0]):
+            for d in range(x.shape[1]):
+                if not (lower[d] <= x[p, d] <= upper[d]):
+                    return start + p
     return -1
 
 
+def first_outside_box(x: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> int:
+    """Number of the first point outside the box (or not a number), -1 if there is none."""
+    found = threads.run(lambda c, *part: first_outside(x, lower, upper, *part), len(x))
+    return threads.first(found)
+
+
 @compiled
-def count_crossings(grid, x, cells):
-    """Number of points in another cell than `cells` says, shape (n,); brings `cells` up to date."""
+def count_crossings(grid, x, cells, start, stop):
+    """Number of points start to stop in another cell than `cells` says, which is brought up to date."""
     work = scratch(grid)
     crossed = 0
-    for p in range(cells.shape[0]):
+    for p in range(start, stop):
         cell = locate(grid, x, p, work)
         crossed += cell != cells[p]
         cells[p] = cell
@@ -351,4 +365,4 @@ class GridBasis(Basis):
         return stored
 
     def first_outside(self, x: np.ndarray) -> int:
-        return int(first_outside(x, self.lower, self.upper))
+        return first_outside_box(x, self.lower, self.upper)
