@@ -14,7 +14,7 @@ from tests.runs.test_chaos import check_completed, disturb, undisturbed
 
 __all__ = ["undisturbed"]  # a fixture
 
-HARMLESS = ("none", "slow", "not_applicable", "once")
+HARMLESS = ("none", "slow", "held", "not_applicable", "once")
 OUTCOMES = {  # statuses of faults that are not simply crashes
     "not_finite": "diverged",
     "negative_volume": "broke_down",

@@ -20,7 +20,7 @@ FAULTS = (
     "none", "raise", "not_finite", "negative_volume", "lost_basis", "hang", "hang_in_setup", "segfault", "killed",
     "exit", "memory", "not_converged", "not_applicable", "slow", "once", "garbage", "no_text", "own_status",
     "children", "memory_of_child", "hang_in_check", "exit_in_check", "no_variable",
-    "long_garbage", "closed_pipe", "exit_silently", "long_text", "control_text", "recursion", "interrupt",
+    "long_garbage", "closed_pipe", "exit_silently", "long_text", "control_text", "recursion", "interrupt", "held",
 )  # fmt: skip
 
 
@@ -81,7 +81,7 @@ class FailingBar(BarFixedEnds):
             raise ZeroDivisionError("a fault in a plug-in")
         if self.fault == "not_converged":
             raise NotConverged("the residual stays at 0.5")
-        if self.fault in ("hang", "slow") and self.flag_file != "none":
+        if self.fault in ("hang", "slow", "held") and self.flag_file != "none":
             Path(self.flag_file).write_text(str(os.getpid()))
         if self.fault == "hang":
             spin(np.zeros(1))
@@ -118,6 +118,8 @@ class FailingBar(BarFixedEnds):
         if self.fault in ("children", "memory_of_child"):
             self.start_children()
         if self.fault == "slow":
+            time.sleep(0.01)
+        while self.fault == "held" and not Path(f"{self.flag_file}-free").exists():
             time.sleep(0.01)
         if self.fault == "once" and not Path(self.flag_file).exists():
             Path(self.flag_file).touch()

@@ -31,6 +31,7 @@ FAULTS = {  # fault -> status, part of the reason
     "not_converged": ("not_converged", "the residual stays at 0.5"),
 }
 PARALLEL = ("joblib", "submitit_local")
+HANGS = 300.0  # seconds after which what should have happened never will
 SWEEP = ("-m", "problem=failing_bar", "limits.time=4", "limits.memory=400", "campaign=faults")
 
 
@@ -241,28 +242,19 @@ def test_an_interrupted_sweep_is_completed_by_the_same_command(
 ):
     """Under joblib every process gets the signal, as by Ctrl-C on a terminal; under submitit only the command."""
     needs(launcher)
-    end_time = (
-        0.002 if launcher == "basic" else 0.004
-    )  # the slow run must still be under way when the other has ended
-    flag = folder.with_name(f"{folder.name}-started")
-    arguments = (
-        "-m",
-        "problem=failing_bar",
-        "problem.fault=none,slow",
-        f"end_time={end_time}",
-        "campaign=faults",
-    )
-    arguments += (f"problem.flag_file={flag}",)
+    flag, free = (folder.with_name(f"{folder.name}-held{end}") for end in ("", "-free"))
+    arguments = ("-m", "problem=failing_bar", "problem.fault=none,held", "campaign=faults")
+    arguments += ("end_time=0.002", f"problem.flag_file={flag}")
     process = start(*arguments, f"hydra/launcher={launcher}")
     lines = iter(process.stdout.readline, "")
     assert next(lines).startswith("2 runs: 2 to run")
     assert any(line.startswith("[1/2] ok") for line in lines)
-    assert waited(flag.exists, 20)
+    assert waited(flag.exists, HANGS)  # it goes on when it is set free
     if launcher == "submitit_local":
         os.kill(process.pid, sent)
     else:
         os.killpg(process.pid, sent)
-    _, errors = process.communicate(timeout=20)
+    _, errors = process.communicate(timeout=HANGS)
     assert process.returncode == 1
     # other lines may say that it had to wait for another exclusive run on this machine
     assert (
@@ -272,12 +264,13 @@ def test_an_interrupted_sweep_is_completed_by_the_same_command(
     found = by_fault(folder)
     assert {fault: attributes["status"] for fault, (_, attributes) in found.items()} == {
         "none": "ok",
-        "slow": "interrupted",
+        "held": "interrupted",
     }
     untouched = found["none"][0].stat().st_mtime_ns
+    free.touch()
     again = command(*arguments)
     assert again.code == 0
-    assert by_fault(folder)["slow"][1]["status"] == "ok"
+    assert by_fault(folder)["held"][1]["status"] == "ok"
     assert by_fault(folder)["none"][0].stat().st_mtime_ns == untouched
 
 

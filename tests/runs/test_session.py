@@ -1,6 +1,7 @@
 """A command that is interrupted while others clean up after it."""
 
 from contextlib import contextmanager
+from dataclasses import replace
 
 import psutil
 import pytest
@@ -118,6 +119,31 @@ def test_a_worker_of_joblib_is_one_job_that_takes_runs_one_after_the_other(tmp_p
         assert done == names and len(jobs) == 2
         done.clear()
         jobs.clear()
+
+
+@pytest.mark.parametrize("by_others", (0, 1, 2))
+def test_what_another_process_has_timed_meanwhile_is_not_timed_again(
+    folder, monkeypatch, by_others
+):
+    """Three repeats are wanted: one is known, the other process does some, and the rest is ours."""
+    ((config, _),) = compose.compose_many([["timing=exclusive", "repeats=3"]])
+    record = session.Record("run", "ok", "", "file", timings={"solver_times": [1.0]})
+    record.name = session.result_path(config).stem
+    on_disk = [1.0] + by_others * [2.0]
+
+    def run(_, alone, earlier):
+        assert alone
+        on_disk[:] = [*earlier["solver_times"], 3.0]
+        return replace(record, timings={"solver_times": list(on_disk)})
+
+    monkeypatch.setattr(session.execute, "run", run)
+    monkeypatch.setattr(session.isolation.processes, "renew", lambda: None)
+    monkeypatch.setattr(
+        session, "record_of", lambda _: replace(record, timings={"solver_times": list(on_disk)})
+    )
+    records = {record.name: record}
+    session.repeat_timings([config], records)
+    assert records[record.name].solver_times == [1.0] + by_others * [2.0] + (2 - by_others) * [3.0]
 
 
 @pytest.mark.slow
