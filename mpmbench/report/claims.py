@@ -5,6 +5,7 @@ of a paper are judged in one set-up, which the paper states, and beside it in ot
 paper leaves a choice open and the answer turns on it, the claim cannot be decided.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
@@ -256,6 +257,9 @@ def set_ups_table(
                 where.append(set_up.name)
         rows.append(row)
     rows.append([f"hold, of {len(judged)}", *(Cell(count) for count in counts.values())])
+    if reasons:
+        empty = Counter(where for places in reasons.values() for where in places)
+        rows.append(["not judged", *(Cell(empty[set_up.name]) for set_up in shown)])
     columns = ["claim", *counts]
     note = _summary(set_ups, best, counts, len(judged), reasons)
     return Table(name, "Claims and set-ups", columns, rows, note)

@@ -187,6 +187,8 @@ def test_table_of_set_ups_says_which_satisfies_all(masses):
     assert "The paper leaves open: the mass." in table.note
     table = set_ups_table("set-ups", [SMALL], masses, (lumped, SetUp("third", {"mass": "none"})))
     assert [cell.text for cell in table.rows[0][1:]] == ["no", ""]
+    assert table.rows[-1][0].text == "not judged"
+    assert [cell.text for cell in table.rows[-1][1:]] == ["0", "1"]
     assert "No set-up satisfies all 1 claims" in table.note
     assert "Empty cells: It is small: bar: no run with method otm" in table.note
 

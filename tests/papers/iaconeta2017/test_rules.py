@@ -4,6 +4,7 @@ import pytest
 
 from mpmbench.papers.iaconeta2017.claims import ROOT
 from mpmbench.report.claims import FAILS, HOLDS, PARTLY
+from mpmbench.report.evidence import MissingRuns
 from tests.papers.told import said
 
 
@@ -116,3 +117,27 @@ def test_the_disk_is_judged_from_equal_gaps_and_with_other_functions(
     found = answer(name, disk_runs(**errors), choices)[0]
     whole = expected in (HOLDS, FAILS)
     assert found == expected if whole else found.startswith(f"{PARTLY}: {expected}")
+
+
+@pytest.mark.parametrize("name", ("quadratic", "same_limit", "curves", "lme", "contact", "cost"))
+def test_what_was_run_with_the_stated_functions_only_is_not_judged_with_others(name):
+    def tell(campaign, quantity, match):
+        if match.get("basis") == "mls":
+            assert (match["basis__weight"], match["basis__degree"]) == ("gaussian", 1)
+            raise MissingRuns("it was not run")
+        return 1.0 / match.get("resolution", 1) ** 2
+
+    with pytest.raises(MissingRuns, match="it was not run"):
+        answer(name, tell, {"weight": "gaussian"})
+
+
+@pytest.mark.parametrize(("helped", "expected"), [(3, HOLDS), (1, FAILS)])
+def test_soil_with_other_functions_is_judged_on_the_mesh_that_was_run(helped, expected):
+    def tell(campaign, quantity, match):
+        if match.get("basis") == "mls":
+            assert (campaign, match["resolution"], match["basis__degree"]) == ("mls_soil", 40, 2)
+            return helped
+        assert campaign == "soil_check" or match["resolution"] == 40
+        return 5 if match.get("basis") == "lme" else 2
+
+    assert answer("robust", tell, {"degree": 2})[0] == expected
