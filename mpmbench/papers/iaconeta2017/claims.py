@@ -179,7 +179,8 @@ def _table1(
         return runs.number("table1", quantity, **here) if done else np.nan
 
     rows = {
-        name: match | (mls if match.get("basis") == "mls" else {}) for name, match in ROWS.items()
+        name: {**match, **(mls if match.get("basis") == "mls" else {})}
+        for name, match in ROWS.items()
     }
     return {
         name: np.array([number(**match, time_step=dt) for dt in STEPS])
