@@ -53,3 +53,8 @@ def stability_limit(s: State, iterations: int = 60) -> float:
         omega_squared = float(np.linalg.norm(a))
         u[:] = a
     return 2.0 / np.sqrt(omega_squared) if omega_squared > 0.0 else float("inf")
+
+
+def smallest_stretch(F: np.ndarray) -> float:
+    """Lower bound of all principal stretches, ``1 / |F^-1|``; exact in 1D."""
+    return float(1.0 / np.sqrt(np.sum(np.linalg.inv(F) ** 2, axis=(1, 2)).max()))

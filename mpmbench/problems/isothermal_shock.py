@@ -30,6 +30,7 @@ from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
+from mpmbench.core.stability import smallest_stretch
 from mpmbench.core.state import Loads, State
 from mpmbench.problems import Fields, Problem
 
@@ -319,8 +320,3 @@ class IsothermalShock(Problem):
             if solution.status == "ok":
                 found[f"{name}_max"] = (float(series.max()), unit, f"{text}, maximum over time")
         return found
-
-
-def smallest_stretch(F: np.ndarray) -> float:
-    """Lower bound of all principal stretches, ``1 / |F^-1|``; exact in 1D."""
-    return float(1.0 / np.sqrt(np.sum(np.linalg.inv(F) ** 2, axis=(1, 2)).max()))

@@ -11,7 +11,8 @@ from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.core.loops.sph import update_stress
 from mpmbench.core.materials.newtonian_fluid import NewtonianFluid
 from mpmbench.core.matrix.mass_checks import seen_share
-from mpmbench.problems.isothermal_shock import IsothermalShock, smallest_stretch
+from mpmbench.core.stability import smallest_stretch
+from mpmbench.problems.isothermal_shock import IsothermalShock
 from tests.core.support import compose, run
 
 VELOCITY, DENSITY = "error_velocity_l2_max", "error_density_l1_max"

@@ -35,24 +35,24 @@ def seed_triangles(
     return X, np.repeat(simplex_volumes(nodes, triangles) / points, points)
 
 
-def ring_mesh(radius: float, rings: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes on rings around the origin, 6 k on the k-th, and the triangles between them.
+def ring_mesh(radius: float, rings: int, sectors: int = 6) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes on rings around the origin, `sectors` k on the k-th, and the triangles between them.
 
     Returns
     -------
     nodes : ndarray
-        Positions [m], shape (1 + 3 rings (rings + 1), 2).
+        Positions [m], shape (1 + sectors rings (rings + 1) / 2, 2).
     triangles : ndarray of int
-        Shape (6 rings^2, 3).
+        Shape (sectors rings^2, 3).
     """
     nodes, triangles = [np.zeros((1, 2))], []
     first = [0]
     for k in range(1, rings + 1):
-        angle = 2.0 * math.pi * np.arange(6 * k) / (6 * k)
-        first.append(first[-1] + (1 if k == 1 else 6 * (k - 1)))
+        angle = 2.0 * math.pi * np.arange(sectors * k) / (sectors * k)
+        first.append(first[-1] + (1 if k == 1 else sectors * (k - 1)))
         nodes.append(radius * k / rings * np.stack([np.cos(angle), np.sin(angle)], axis=1))
-        inner, outer = max(6 * (k - 1), 1), 6 * k
-        for sector in range(6):
+        inner, outer = max(sectors * (k - 1), 1), sectors * k
+        for sector in range(sectors):
             for i in range(k):
                 a = first[k] + (sector * k + i) % outer
                 b = first[k] + (sector * k + i + 1) % outer
@@ -62,6 +62,16 @@ def ring_mesh(radius: float, rings: int) -> tuple[np.ndarray, np.ndarray]:
                     d = first[k - 1] + (sector * (k - 1) + i + 1) % inner
                     triangles.append((c, b, d))
     return np.vstack(nodes), np.array(triangles, dtype=np.int64)
+
+
+def first_quadrant(nodes: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The part of a triangulation of the plane in x, y >= 0, whose axes it must not cross."""
+    kept = triangles[(nodes[triangles].mean(axis=1) > 0.0).all(axis=1)]
+    used, number = np.unique(kept, return_inverse=True)
+    corners = nodes[used]
+    return np.where(np.abs(corners) < 1e-12 * np.abs(nodes).max(), 0.0, corners), number.reshape(
+        -1, 3
+    )
 
 
 def triangulation(nodes: np.ndarray, volume: float | None) -> np.ndarray:

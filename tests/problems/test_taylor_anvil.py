@@ -1,0 +1,75 @@
+"""Taylor's test: the rod, what it keeps, and what a coarse one gives."""
+
+import numpy as np
+import pytest
+
+from mpmbench import case
+from mpmbench.core import registry
+from mpmbench.core.simulation import simulate
+from tests.core.support import compose, run
+
+PROBLEM = registry.get("problem", "taylor_anvil")
+COPPER = registry.get("material", "j2")()
+
+
+@pytest.mark.parametrize(("model", "share"), (("quarter", 0.25), ("full", 1.0)))
+def test_particles_fill_the_rod(model: str, share: float) -> None:
+    problem = PROBLEM(model=model)
+    X, V0 = problem.seed(4, 3)
+    sides = 32  # of the polygon that the rim is
+    polygon = 0.5 * sides * np.sin(2.0 * np.pi / sides) * problem.radius**2
+    assert V0.sum() == pytest.approx(share * polygon * problem.length, rel=1e-12)
+    assert len(X) == share * 15_360
+    if model == "quarter":
+        assert X.min() > 0.0
+
+
+@pytest.mark.parametrize("basis", ("bspline", "lme"))
+def test_the_wall_gives_all_momentum_along_the_axis(basis: str) -> None:
+    config = compose("taylor_anvil", "mpm", basis, resolution=2)
+    built = case.read(config)
+    s = case.build(built)
+    p = s.particles
+    first, given, dt = p.m @ p.v, 0.0, 2e-8
+    start = float(0.5 * p.m @ np.sum(p.v**2, axis=1))
+    for _ in range(100):
+        s.time_step = dt
+        s.choices.step(s, dt)
+        given += s.walls.impulse[0, 0]
+        assert np.abs(s.walls.impulse[0, 1:]).max() == 0.0
+    assert given > 0.05 * p.m.sum() * 227.0
+    moved = (p.m @ p.v - first)[0]
+    assert moved == pytest.approx(given, rel=1e-9)
+    assert float(0.5 * p.m @ np.sum(p.v**2, axis=1)) < start
+
+
+def test_a_coarse_rod_comes_out_as_long_as_published() -> None:
+    """21.26 to 21.66 mm in Table 5.1 of Li 2009; two cells along the radius are coarse."""
+    found = run("taylor_anvil", "mpm", "bspline", resolution=2)
+    assert float(found.length) == pytest.approx(21.45e-3, abs=0.5e-3)
+    assert 6.5e-3 < float(found.radius_nodes) < 7.4e-3
+    assert 2.0 < float(found.plastic_strain_max) < 3.4
+    assert float(found.kinetic_energy[-1]) < 1e-2 * float(found.kinetic_energy[0])
+    assert float(found.length_history[0]) == 32.4e-3
+
+
+def test_the_rod_rebounds() -> None:
+    """An elastic rod comes off the wall: nothing holds it there."""
+    config = compose(
+        "taylor_anvil",
+        "mpm",
+        "bspline",
+        resolution=2,
+        material="hencky_elastic",
+        material__young_modulus=117.0e9,
+        material__poisson_ratio=0.35,
+        material__density=8930.0,
+        problem__speed=10.0,
+        end_time=4e-5,
+    )
+    s = case.build(case.read(config))
+    problem = PROBLEM(speed=10.0)
+    solution = simulate(s, problem.adaptive_step(s), 4e-5)
+    assert solution.status == "ok"
+    assert float(s.particles.m @ s.particles.v[:, 0]) > 0.8 * 10.0 * s.particles.m.sum()
+    assert not s.walls.nodal_impulse.any()
