@@ -10,6 +10,7 @@ import numpy as np
 
 from benchmarks import mutants, reference
 from benchmarks.campaigns import campaign, overhead, program, seconds_of
+from benchmarks.functions import functions
 from benchmarks.measure import REPEATS, interleaved, plate
 from benchmarks.power import power
 from benchmarks.reference_numpy import numpy_step
@@ -148,6 +149,7 @@ SECTIONS = {
     for f in (
         particle_updates,
         evaluations,
+        functions,
         consistent_mass,
         bar,
         start_up,
