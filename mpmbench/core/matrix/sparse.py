@@ -16,6 +16,7 @@ from mpmbench.core.bases.grid.product import GridBasis
 from mpmbench.core.bases.handle import Stencils, count, index, locate, place, scratch, value
 from mpmbench.core.compiled import compiled, vector
 from mpmbench.core.errors import BrokeDown
+from mpmbench.core.matrix.axes import Axes, conjugate_gradients_by_axes, factorise_axes
 from mpmbench.core.matrix.conjugate_gradients import conjugate_gradients, matrix_product
 from mpmbench.core.matrix.light import LightNodes
 from mpmbench.core.particles import Particles
@@ -64,6 +65,8 @@ class SparseMass:
         self.columns = np.zeros((len(fixed), 0), dtype=np.int64)
         self.values = np.zeros((len(fixed), 0))
         self.diagonal = np.zeros(len(fixed), dtype=np.int64)
+        self._axes: Axes | None = None  # on grids, where they make a good guess
+        self._by_axes = False
         self._force, *self._work = (np.zeros(fixed.shape) for _ in range(5))
 
     def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
@@ -71,15 +74,24 @@ class SparseMass:
             basis.handle, p.x, p.m, self.columns, self.values
         ):
             self.columns, self.diagonal = pattern(basis, p.x)
+            if isinstance(basis, GridBasis):
+                grid = basis.handle
+                self._axes = Axes.empty(grid.shape, len(grid.order), self.fixed.shape[1])
             self.values = np.zeros(self.columns.shape)
             assemble_rows(basis.handle, p.x, p.m, self.columns, self.values)
         mass = self.values[np.arange(len(self.fixed)), self.diagonal]
         self.active = mass > 0.0
         self.system = Rows(self.columns, self.values, self.diagonal)
-        if self.light_nodes.find(basis, p, m_i, mass):
+        whole = not self.light_nodes.find(basis, p, m_i, mass)
+        if not whole:
             self.active &= ~self.light_nodes.light
             self.system = condensed(self.system, self.light_nodes)
         np.logical_and(~self.fixed, self.active[:, None], out=self.free)
+        self._by_axes = (
+            whole
+            and self._axes is not None
+            and factorise_axes(self._axes, self.values, self.diagonal, self.free)
+        )
         unknowns = int(self.free.sum(axis=0).max())
         if unknowns > len(p.x) - p.tracers:
             raise BrokeDown(
@@ -90,7 +102,15 @@ class SparseMass:
     def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
         out[~self.fixed & ~self.active[:, None]] = 0.0
         force = self.light_nodes.gathered(rhs, self._force)
-        if conjugate_gradients(*self.system, self.free, force, out, *self._work) < 0:
+        if self._by_axes:
+            rows = self._axes, self.columns, self.values
+            found = conjugate_gradients_by_axes(*rows, self.free, force, out, *self._work)
+            self._by_axes = found >= 0
+            for part in () if self._by_axes else self._work:
+                part[:] = 0.0  # no NaN may be left, which unused places would multiply by 0
+        if not self._by_axes and (
+            conjugate_gradients(*self.system, self.free, force, out, *self._work) < 0
+        ):
             raise BrokeDown("singular consistent mass matrix: conjugate gradients do not converge")
         self.light_nodes.scatter(out)
 
