@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from mpmbench.commands.places import attributes_of
-from mpmbench.results.identity import changed_files
+from mpmbench.results.identity import changed_files, code_digests
 from mpmbench.results.netcdf import Damaged, load, read_attributes, unverified
 from mpmbench.results.provenance import machine
 from mpmbench.runs.interrupts import terminated_like_interrupted
@@ -158,7 +158,7 @@ def what_changed(
     before: dict[str, Any], after: dict[str, Any], config: dict[str, Any]
 ) -> list[str]:
     """Code, versions, machine and threads that are not what they were."""
-    files = changed_files(before, config)
+    files = changed_files(before, code_digests(config))
     lines = [f"code: {', '.join(files)}"] if files else []
     versions = [key for key in before if key.endswith("_version") and key != "schema_version"]
     here = {**after, **machine(), "threads": config["threads"]}

@@ -5,11 +5,12 @@ Every file is checked against its digest each time: that costs less than to open
 
 import json
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from mpmbench.core.registry import places, plugins_of
-from mpmbench.results.identity import changed_files, code_digests, code_hash
+from mpmbench.results.identity import changed_files, code_digests, code_hash, digests_of_many
 from mpmbench.results.netcdf import look
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.plan import make_plan, state_of
@@ -30,35 +31,37 @@ def main(arguments: list[str]) -> int:
         raise BadInput("status: one folder of results, or key=value as for a sweep, is needed")
     top = Path(arguments[0] if arguments else "results")
     if top.is_file():
-        say(describe(top))
+        say(describe(top, code_digests))
         say(*str((look(top)[0] or {}).get("traceback", "")).splitlines())
         return 0
     if not top.is_dir():
         raise BadInput(f"status: there is no folder {top}")
+    digests = digests_of_many()
     folders = sorted({file.parent for file in top.rglob("*.nc")})
     for folder in folders:
         say(shorten(str(folder)))
         for file in sorted(folder.glob("*.nc")):
-            say("  " + describe(file))
+            say("  " + describe(file, digests))
     if not folders:
         say(f"no results in {top}")
     return 0
 
 
-def describe(file: Path) -> str:
-    """One line about a result file."""
+def describe(file: Path, digests: Callable[[dict[str, Any]], dict[str, str]]) -> str:
+    """One line about a result file; `digests` are those of the code of a configuration."""
     attributes, damage = look(file)
     if attributes is None:
         return f"{'damaged':<10} {file.stem:<46}{damage or 'it has just been removed'}"
     config = json.loads(attributes["config"])
-    state = state_of(attributes, config, code_hash(code_digests(config)))
+    now = digests(config)
+    state = state_of(attributes, config, code_hash(now))
     if state == "missing":  # interrupted or crashed: to be run again, but there is a file
         state = "failed"
     changed = ""
     if state == "stale" and (missing := missing_plugins(config)):
         state, changed = "plug-in missing", f"  {missing}: name its folder in MPMBENCH_PLUGINS"
     elif state == "stale":
-        changed = "  " + changed_since(attributes, config)
+        changed = "  " + changed_since(attributes, now)
     outcome = attributes["status"] + (
         f": {one_line(attributes['reason'])}" if attributes["reason"] else ""
     )
@@ -78,9 +81,9 @@ def missing_plugins(config: dict[str, Any]) -> str:
     return ", ".join(missing)
 
 
-def changed_since(attributes: dict[str, Any], config: dict[str, Any]) -> str:
+def changed_since(attributes: dict[str, Any], now: dict[str, str]) -> str:
     """The source files that make a result stale."""
-    return f"changed since: {', '.join(changed_files(attributes, config))}"
+    return f"changed since: {', '.join(changed_files(attributes, now))}"
 
 
 def of_sweep(arguments: list[str]) -> int:
@@ -92,7 +95,7 @@ def of_sweep(arguments: list[str]) -> int:
     isolation.processes.warm_up()
     from mpmbench.runs.hydra import compose
 
-    cells = make_plan(compose.compose_sweep(pairs)).cells()
+    cells, digests = make_plan(compose.compose_sweep(pairs)).cells(), digests_of_many()
     for cell in cells:
         state, remark = cell.state, cell.not_applicable
         if cell.not_applicable:
@@ -100,7 +103,7 @@ def of_sweep(arguments: list[str]) -> int:
         elif state == "damaged":
             remark = cell.damage
         elif state == "stale" and cell.earlier:
-            remark = changed_since(cell.earlier, cell.config)
+            remark = changed_since(cell.earlier, digests(cell.config))
         say(f"{state:<16}{cell.name:<46}{remark}".rstrip())
     counts = Counter("not applicable" if cell.not_applicable else cell.state for cell in cells)
     found = [f"{counts[state]} {state}" for state in (*STATES, "not applicable") if counts[state]]

@@ -3,6 +3,7 @@
 import ast
 import hashlib
 import json
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -56,10 +57,7 @@ def code_digests(config: dict[str, Any]) -> dict[str, str]:
     """
     ours = {str(file.relative_to(PACKAGE)): file for file in solver_files(with_plugins=False)}
     waiting = {name: ours[name] for name in ("case/build.py", "core/registry.py")}
-    names = {kind: config[kind]["name"] for kind in PACKAGES if kind in config}
-    names["method"] = config["method"].get("time") or names["method"]
-    names["transfer"] = config["method"].get("transfer", "flip")
-    for kind, option in names.items():
+    for kind, option in _chosen(config).items():
         chosen = places(kind).get(option)
         if chosen is not None:
             name = chosen.partition(".")[2].replace(".", "/") + ".py"
@@ -74,15 +72,34 @@ def code_digests(config: dict[str, Any]) -> dict[str, str]:
     return dict(sorted(found.items()))
 
 
+def _chosen(config: dict[str, Any]) -> dict[str, Any]:
+    """The names under which what a configuration chooses is registered."""
+    names = {kind: config[kind]["name"] for kind in PACKAGES if kind in config}
+    names["method"] = config["method"].get("time") or names["method"]
+    return names | {"transfer": config["method"].get("transfer", "flip")}
+
+
+def digests_of_many() -> Callable[[dict[str, Any]], dict[str, str]]:
+    """A function as `code_digests` that looks for the files of the same choices only once."""
+    known: dict[tuple[Any, ...], dict[str, str]] = {}
+
+    def digests(config: dict[str, Any]) -> dict[str, str]:
+        chosen = tuple(_chosen(config).items())
+        if chosen not in known:
+            known[chosen] = code_digests(config)
+        return known[chosen]
+
+    return digests
+
+
 def code_hash(digests: dict[str, str]) -> str:
     """One hash of `code_digests`."""
     return hashlib.sha256(json.dumps(digests, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def changed_files(attributes: dict[str, Any], config: dict[str, Any]) -> list[str]:
-    """Source files that have changed in more than comments since a result was made."""
+def changed_files(attributes: dict[str, Any], now: dict[str, str]) -> list[str]:
+    """Source files that have other digests `now` than when a result was made."""
     before: dict[str, str] = json.loads(attributes["code_files"])
-    now = code_digests(config)
     return sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
 
 

@@ -1,16 +1,15 @@
 """All cells of a sweep before one runs: what is wrong, does not apply, is finished."""
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from mpmbench.results.identity import code_digests, code_hash, config_hash, result_path
+from mpmbench.results.identity import code_hash, config_hash, digests_of_many, result_path
 from mpmbench.results.provenance import attributes
 from mpmbench.runs.process.isolation import Ended
 from mpmbench.runs.sweep import execute
-from mpmbench.settings.schema import GROUPS
 
 # The same code would fail the same way again; whatever else failed may have been the machine's or
 # the user's doing.
@@ -79,7 +78,7 @@ def make_plan(combinations: Iterable[tuple[dict[str, Any], str]]) -> Plan:
     for cell in cells.values():  # before its file is read: what comes after is another's work
         cell.stamp = stamp_of(result_path(cell.config))
     answers = execute.check([(cell.config, cell.not_applicable) for cell in cells.values()])
-    plan, code_of = Plan(), codes()
+    plan, digests = Plan(), digests_of_many()
     for cell, answer in zip(cells.values(), answers, strict=True):
         cell.not_applicable, cell.earlier = answer["not_applicable"], answer["earlier"]
         cell.damage = answer["damage"]
@@ -91,7 +90,7 @@ def make_plan(combinations: Iterable[tuple[dict[str, Any], str]]) -> Plan:
         if cell.not_applicable:
             plan.not_applicable.append(cell)
             continue
-        cell.state = state_of(cell.earlier, cell.config, code_of(cell.config))
+        cell.state = state_of(cell.earlier, cell.config, code_hash(digests(cell.config)))
         if cell.damage:
             cell.state = "damaged"
         run_it = cell.state in RERUN[cell.config["rerun"]]
@@ -108,20 +107,6 @@ def stamp_of(file: Path) -> list[int] | None:
     except OSError:
         return None
     return [stat.st_ino, stat.st_size, stat.st_mtime_ns]
-
-
-def codes() -> Callable[[dict[str, Any]], str]:
-    """A function that gives the hash of the code of a configuration, found once for each choice."""
-    known: dict[tuple[str | None, ...], str] = {}
-
-    def code_of(config: dict[str, Any]) -> str:
-        chosen = (config["method"].get("time"), config["method"].get("transfer"))
-        chosen += tuple(config[group]["name"] for group in GROUPS)
-        if chosen not in known:
-            known[chosen] = code_hash(code_digests(config))
-        return known[chosen]
-
-    return code_of
 
 
 def steps_of(config: dict[str, Any]) -> float:
