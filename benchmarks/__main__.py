@@ -14,6 +14,7 @@ from benchmarks.functions import functions
 from benchmarks.measure import REPEATS, interleaved, plate
 from benchmarks.power import power
 from benchmarks.reference_numpy import numpy_step
+from benchmarks.scaling import scaling, sizes, users
 from mpmbench import case
 from mpmbench.core import registry
 from mpmbench.core.bases.grid.spline import TensorSpline
@@ -148,6 +149,9 @@ SECTIONS = {
     f.__name__: f
     for f in (
         particle_updates,
+        users,
+        scaling,
+        sizes,
         evaluations,
         functions,
         consistent_mass,
