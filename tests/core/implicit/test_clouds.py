@@ -1,5 +1,6 @@
 """Clouds of nodes: moving least squares, truncated max-ent, their repair, and the patch test."""
 
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from mpmbench import case
 from mpmbench.analysis.slopes import fitted_order
 from mpmbench.core.bases.clouds.mls import MovingLeastSquares
 from mpmbench.core.bases.entropy.lme import LocalMaxEnt
+from mpmbench.core.bases.entropy.maxent import MaxEnt
 from mpmbench.core.bases.grid.linear import Linear
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import threads
@@ -204,6 +206,23 @@ def test_a_cloud_holds_the_nodes_within_its_radius(dim: int) -> None:
             else:  # repaired
                 assert set(found) > set(np.flatnonzero(near)) and len(set(found)) == len(found)
         basis.move(0.01 * rng.uniform(-1.0, 1.0, basis.nodes.shape))
+
+
+@pytest.mark.parametrize("settings", (CLOUDS["mls"], LocalMaxEnt(), MaxEnt(d_max=3.0)), ids=repr)
+def test_functions_are_found_anew_without_new_memory(settings: Any) -> None:
+    """As in every step: Python's own objects aside, which do not grow with the number of points.
+
+    Nodes are regular, since clouds that need repair are repaired in new memory.
+    """
+    x = np.random.default_rng(6).uniform(0.05, 0.95, (40_000, 2))
+    basis = settings.build(Box((0.0, 0.0), (1.0, 1.0), (8, 8)), len(x), True)
+    basis.locate(x)
+    basis.locate(x + 1e-4)
+    tracemalloc.start()
+    basis.locate(x)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < len(x)  # a byte for each point would be more
 
 
 def test_threads_change_no_bit_of_a_cloud() -> None:

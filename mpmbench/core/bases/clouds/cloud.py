@@ -72,6 +72,9 @@ class CloudBasis(StoredBasis):
         self._width = min(len(self.nodes), max(minimum_nodes, 2 * self.nodes.shape[1]) + SPARE)
         slack = np.finfo(float).max if moving else SLACK * radius
         self._lower, self._upper = self.nodes.min(axis=0) - slack, self.nodes.max(axis=0) + slack
+        self._anywhere = np.full(self.nodes.shape[1], np.finfo(float).max)
+        # of the points that were asked for last
+        self._points, self._failed, self._radius = np.arange(0), np.zeros(0, np.bool_), np.zeros(0)
         self.handle = Stencils.empty(particles, 1, self.nodes.shape[1])
         self.repaired = 0
 
@@ -87,36 +90,40 @@ class CloudBasis(StoredBasis):
         self._buckets = fill_buckets(self._buckets, self.nodes, reach)
 
     def _fill(self, x: np.ndarray, stored: Stencils) -> Stencils:
-        if (lost := super().first_outside(x)) >= 0:
+        if (lost := first_outside_box(x, -self._anywhere, self._anywhere)) >= 0:
             raise BrokeDown(f"point {lost} has no finite position")
         x = np.ascontiguousarray(x)
-        stored, most = self._search(x, stored)
-        failed, points = np.zeros(len(x), dtype=np.bool_), np.arange(len(x))
-        clouds = Clouds(self.nodes, x, np.full(len(x), self.radius))
+        stored, most, least = self._search(x, stored)
+        if len(self._points) != len(x):
+            self._points, self._failed = np.arange(len(x)), np.zeros(len(x), dtype=np.bool_)
+            self._radius = np.zeros(len(x))
+        failed, points = self._failed, self._points
+        failed[:], self._radius[:] = False, self.radius
+        clouds = Clouds(self.nodes, x, self._radius)
 
         def part(c: int, start: int, stop: int) -> None:
             strict = most < len(self.nodes)
             self._fill_points(clouds, points[start:stop], strict, stored, failed)
 
         threads.run(part, len(x))
-        few = stored.size < self.minimum_nodes
-        failed &= ~few
-        self.repaired = int(np.count_nonzero(failed))
-        for rounds, chosen in enumerate((few, failed)):
-            if chosen.any():
-                stored = self._repair(clouds, np.flatnonzero(chosen), rounds, stored)
+        self.repaired = 0
+        if least < self.minimum_nodes or failed.any():
+            few = stored.size < self.minimum_nodes
+            others = np.flatnonzero(failed & ~few)
+            self.repaired = len(others)
+            for rounds, chosen in enumerate((np.flatnonzero(few), others)):
+                if len(chosen):
+                    stored = self._repair(clouds, chosen, rounds, stored)
         return stored
 
-    def _search(self, x: np.ndarray, stored: Stencils) -> tuple[Stencils, int]:
-        """List the nodes within the radius of each point, of which there are so many at most."""
-        found = [0] * len(threads.chunks(len(x)))
-
-        def part(c: int, start: int, stop: int) -> None:
-            found[c] = list_near(self._buckets, self.nodes, x, self.radius, start, stop, stored)
-
-        threads.run(part, len(x))
-        if (most := max(found)) < stored.width:
-            return stored, most
+    def _search(self, x: np.ndarray, stored: Stencils) -> tuple[Stencils, int, int]:
+        """List the nodes within the radius of each point, of which there are so many at most, and at least."""
+        found = threads.run(
+            lambda c, *part: list_near(self._buckets, self.nodes, x, self.radius, *part, stored),
+            len(x),
+        )
+        if (most := max(found)[0]) < stored.width:
+            return stored, most, min(least for _, least in found)
         return self._search(x, Stencils.empty(len(x), most + SPARE, x.shape[1]))
 
     def _repair(

@@ -48,9 +48,10 @@ def cell_of(buckets, dimension, x, p):
 def list_near(buckets, nodes, x, radius, start, stop, stored):
     """List in `stored` the nodes closer than `radius` [m], that of all supports, to points ``start <= p < stop``.
 
-    Returns the largest number of nodes at a point. They are listed if there is room for one more.
+    Returns the largest and the smallest number of nodes at a point. They are listed if there is room
+    for one more.
     """
-    most, room = 0, stored.index.shape[1] - 1
+    most, least, room = 0, nodes.shape[0], stored.index.shape[1] - 1
     for p in range(start, stop):
         cell, found = cell_of(buckets, len(stored.axes), x, p), 0
         for c in range(buckets.first[cell], buckets.first[cell + 1]):
@@ -61,8 +62,8 @@ def list_near(buckets, nodes, x, radius, start, stop, stored):
             stored.index[p, min(found, room)] = i  # the next overwrites what is out
             found += math.sqrt(distance) < radius
         stored.size[p] = found
-        most = max(most, found)
-    return most
+        most, least = max(most, found), min(least, found)
+    return most, least
 
 
 @lean
