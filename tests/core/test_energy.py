@@ -13,6 +13,7 @@ from mpmbench.core.loops.explicit import Explicit
 from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.simulation import Body, build_state, simulate
 from mpmbench.core.state import Loads, State
+from tests.core.support import run
 
 
 @pytest.mark.parametrize(("mass", "most"), (("lumped", 0.05), ("consistent", 5e-3)))
@@ -132,3 +133,24 @@ def test_plastic_dissipation_is_the_work_on_the_plastic_strain() -> None:
     assert work - path.energy == pytest.approx(lost, rel=2e-3)
     assert lost > 0.1 * path.energy > 0.0
     assert path.state[6] == pytest.approx(length, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "metal",
+    (
+        {"material": "j2", "material__hardening_modulus": 5.0},
+        {"material": "thermo_viscoplastic", "material__rate_exponent": 5.0},
+        {"material": "johnson_cook", "material__hardening_modulus": 5.0},
+    ),
+    ids=lambda metal: str(metal["material"]),
+)
+def test_a_bar_of_metal_keeps_account_of_what_it_loses(metal: dict[str, Any]) -> None:
+    """A bar that swings far beyond yield, by an implicit method: the series of energies add up."""
+    coarse = {"resolution": 16, "time_step": 4e-4, "end_time": 0.5}
+    metal = metal | {"material__yield_stress": 5.0, "problem__velocity_amplitude": 2.0}
+    if metal["material"] != "j2":
+        metal |= {"material__reference_rate": 0.1}
+    result = run("bar_fixed_ends", "fem", "linear", method__mass="consistent", **coarse, **metal)
+    lost, kinetic = result.dissipated_energy.values, result.kinetic_energy.values
+    assert lost[0] == 0.0 and np.all(np.diff(lost) >= 0.0) and lost[-1] > 0.5 * kinetic[0]
+    assert float(result.energy_drift) < 0.01
