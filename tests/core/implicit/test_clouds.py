@@ -333,6 +333,15 @@ def disk(**changes: Any) -> xr.Dataset:
     return case.solve(compose("rolling_disk", method, basis, **changes))
 
 
+def test_a_plane_of_nodes_is_seen_by_functions_that_reach_it() -> None:
+    """Those on the nodes of the body reach no other node."""
+    nodes = {"problem__plane": "nodes"}
+    with pytest.raises(NotApplicable, match="basis=linear on moving nodes does not see the plane"):
+        case.read(compose("rolling_disk", "fem", "linear", **nodes))
+    for name in ("mls", "lme"):
+        assert case.read(compose("rolling_disk", "gmm", name, **nodes)).choices.moving
+
+
 def test_disk_falls_freely_before_it_lands() -> None:
     result = disk(end_time=0.06, resolution=10)
     assert result.attrs["status"] == "ok"
