@@ -55,7 +55,7 @@ def read_yaml(path: Path) -> dict[str, Any]:
     """Content of a YAML file; raises `BadInput` with the line when it is none."""
     try:
         # CSafeLoader's own rules come first, so that whole numbers stay whole.
-        content = yaml.load(path.read_text(encoding="utf-8-sig"), _Loader)
+        content = yaml.load(path.read_text(encoding="utf-8"), _Loader)
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         mark = getattr(error, "problem_mark", None)
         place = f"{path}, line {mark.line + 1}" if mark else str(path)
