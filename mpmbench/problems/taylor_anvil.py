@@ -19,7 +19,7 @@ from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box, Cloud, Geometry
 from mpmbench.core.geometry.triangulate import barycentres, extruded, first_quadrant, ring_mesh
 from mpmbench.core.materials import Material
-from mpmbench.core.materials.plastic import PLASTIC_STRAIN
+from mpmbench.core.materials.fields import derived_fields
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
@@ -148,8 +148,7 @@ class TaylorAnvil(Problem):
         series = {name: np.array(values) for name, values in solution.history.items()}
         last = solution.snapshots[-1]
         solid = slice(0, len(last["x"]) - len(self.tracers()))
-        sigma = last["sigma"][solid]
-        deviator = sigma - np.trace(sigma, axis1=1, axis2=2)[:, None, None] * np.eye(3) / 3.0
+        fields = {name: field[0][solid] for name, field in derived_fields(material, last).items()}
         out: dict[str, tuple[Any, str, str]] = {
             "length": (series["length"][-1], "m", "length of the rod on its axis at the end"),
             "radius_nodes": (series["radius_nodes"][-1], "m", "radius of the foot at its rim"),
@@ -158,13 +157,13 @@ class TaylorAnvil(Problem):
             "radius_history": (series["radius_nodes"], "m", "radius of the foot at its rim"),
             "wall_force": (series["wall_force"], "N", "force of the wall on the rod"),
             "von_mises_max": (
-                float(np.sqrt(1.5 * np.sum(deviator**2, axis=(1, 2))).max()),
+                float(fields["von_mises"].max()),
                 "Pa",
                 "largest von Mises stress at the end",
             ),
         }
-        if last["state"].shape[1] > PLASTIC_STRAIN:
-            strain = float(last["state"][solid, PLASTIC_STRAIN].max())
+        if "plastic_strain" in fields:
+            strain = float(fields["plastic_strain"].max())
             out["plastic_strain_max"] = (strain, "1", "largest equivalent plastic strain")
         touching = np.flatnonzero(series["wall_force"] > 0.0)
         if len(touching):
