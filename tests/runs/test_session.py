@@ -119,6 +119,9 @@ def test_a_worker_of_joblib_is_one_job_that_takes_runs_one_after_the_other(tmp_p
         assert done == names and len(jobs) == 2
         done.clear()
         jobs.clear()
+    words = ["hydra/launcher=joblib", "hydra.launcher.n_jobs=4"]
+    launch.launch(words, done.append, names, tmp_path, 2)
+    assert done == names and len(jobs) == 4  # as many as were asked for
 
 
 @pytest.mark.parametrize("by_others", (0, 1, 2))
