@@ -154,3 +154,18 @@ def test_a_bar_of_metal_keeps_account_of_what_it_loses(metal: dict[str, Any]) ->
     lost, kinetic = result.dissipated_energy.values, result.kinetic_energy.values
     assert lost[0] == 0.0 and np.all(np.diff(lost) >= 0.0) and lost[-1] > 0.5 * kinetic[0]
     assert float(result.energy_drift) < 0.01
+
+
+def test_the_rate_counts_in_implicit_steps_as_in_explicit_ones() -> None:
+    """A bar of a metal whose rate counts is stopped by the same strain, less than one whose rate does not."""
+
+    def strain(method: str, time_step: float, exponent: float | None) -> float:
+        metal = {"material": "thermo_viscoplastic", "material__yield_stress": 5.0}
+        metal |= {"material__rate_exponent": exponent, "material__reference_rate": 0.1}
+        bar = {"resolution": 16, "end_time": 0.5, "problem__velocity_amplitude": 2.0}
+        result = run("bar_fixed_ends", method, "linear", time_step=time_step, **bar, **metal)
+        return float(result.plastic_strain.max())
+
+    implicit, explicit = strain("fem", 4e-4, 5.0), strain("linear_fem", 2e-4, 5.0)
+    assert implicit == pytest.approx(explicit, rel=0.02)
+    assert implicit < 0.9 * strain("fem", 4e-4, None)
