@@ -104,7 +104,7 @@ def add_loads(s: "State", phi: Any, time: float, force: np.ndarray) -> None:
 def constrain(s: "State", dt: float) -> None:
     """Write the mean velocity of the step to the fixed components, so that positions are exact."""
     if s.loads.prescribed_motion is None:  # by far the most frequent case
-        s.nodes.v[s.fixed] = 0.0
+        np.copyto(s.nodes.v, 0.0, where=s.fixed)
     else:
         change = s.loads.increment(s.initial_nodes, s.time, dt)
         s.nodes.v[s.fixed] = change[s.fixed] / dt

@@ -2,6 +2,7 @@
 
 from collections import namedtuple
 from dataclasses import dataclass, field
+from operator import attrgetter
 
 import numpy as np
 
@@ -59,6 +60,7 @@ def particle_data(*owners: object) -> dict[str, ParticleData]:
 
 # The arrays of `Particles` that are updated in every step, as compiled loops take them.
 ParticleArrays = namedtuple("ParticleArrays", "x v F L sigma V0 V m state a b")
+_values = attrgetter(*ParticleArrays._fields)
 
 
 @dataclass
@@ -154,7 +156,7 @@ class Particles:
 
     @property
     def arrays(self) -> ParticleArrays:
-        return ParticleArrays(*(getattr(self, name) for name in ParticleArrays._fields))
+        return ParticleArrays(*_values(self))
 
     @property
     def dimension(self) -> int:

@@ -17,7 +17,8 @@ Each of these functions is a question, and a file answers it for its class of ha
 handle knows better. On grids, `grid.product` answers them all from the functions along one axis.
 
 The steps of explicit methods take particles in batches (`compiled.rows`): `locate_batch` says how
-many of the next ones make one, `spread` and `interpolate` go from these to the nodes and back.
+many of the next ones make one, and `spread` and `interpolate` go from those that follow each other
+in one cell to its nodes and back.
 """
 
 from typing import Any, NamedTuple
@@ -67,17 +68,18 @@ def room(phi):
 
 
 @answers_by_default
-def locate_batch(phi, x, first, most, work):
-    """Locate points of `x` from `first` on, at most ``most <= len(BATCH)``; returns where, and how many.
+def locate_batch(phi, x, first, most, at, work):
+    """Locate points of `x` from `first` on, at most ``most <= len(BATCH)``; returns how many.
 
-    The b-th of them is at ``where + b``, or all are at `where`, as `spread` and `interpolate` know.
+    What `locate` answers for the b-th of them is written to ``at[b]``.
     """
-    return locate(phi, x, first, work), 1
+    at[0] = locate(phi, x, first, work)
+    return 1
 
 
 @answers_by_default
-def spread(phi, at, n, work, values, lanes, columns, sums, touched):
-    """Add what a batch of n points gives to its nodes to the rows of `sums`, shape (N, lanes).
+def spread(phi, at, start, n, work, values, lanes, columns, sums, touched):
+    """Add what n points of a batch from `start` on, all `at` one place, give to the rows of `sums`, shape (N, lanes).
 
     For ``c < dim``, ``sums[i, c] += sum_e columns[c dim + e, b] d phi_i / d x_e``; for all ``c <
     len(values)``, ``sums[i, dim + c] += columns[dim^2 + c, b] phi_i``. The last number of a row is
@@ -87,15 +89,15 @@ def spread(phi, at, n, work, values, lanes, columns, sums, touched):
     grad_phi, rows = vector(phi.axes), matrix((0.0, *phi.axes), lanes)
     for r in range(1 + dim):
         fill_row(lanes, rows, r, 0.0)
-    for b in range(n):
+    for b in range(start, start + n):
         for c in range(len(values)):
             rows[0, dim + c] = columns[dim * dim + c, b]
         for d in range(dim):
             for e in range(dim):
                 rows[1 + e, d] = columns[d * dim + e, b]
-        for k in range(count(phi, at + b)):
-            i = index(phi, at + b, k)
-            add_multiple(lanes, sums, i, value(phi, at + b, k, work, grad_phi), rows, 0)
+        for k in range(count(phi, at)):
+            i = index(phi, at, k)
+            add_multiple(lanes, sums, i, value(phi, at, k, work, grad_phi), rows, 0)
             for e in range(dim):
                 add_multiple(lanes, sums, i, grad_phi[e], rows, 1 + e)
             sums[i, len(lanes) - 1] = 1.0
@@ -103,8 +105,8 @@ def spread(phi, at, n, work, values, lanes, columns, sums, touched):
 
 
 @answers_by_default
-def interpolate(phi, at, n, work, nodes, fields):
-    """Write what the nodes' v and a are at a batch of n points to the columns of `fields`.
+def interpolate(phi, at, start, n, work, nodes, fields):
+    """Write what the nodes' v and a are at n points of a batch from `start` on, all `at` one place, to `fields`.
 
     Its rows are v_d, ``dim + d`` for a_d, and ``(2 + d) dim + e`` for ``d v_d / d x_e``.
     """
@@ -112,14 +114,14 @@ def interpolate(phi, at, n, work, nodes, fields):
     grad_phi = vector(phi.axes)
     row, sums = matrix((0.0,), LANES), matrix((0.0, *phi.axes), LANES)
     fill_row(LANES, row, 0, 0.0)
-    for b in range(n):
+    for b in range(start, start + n):
         for r in range(1 + dim):
             fill_row(LANES, sums, r, 0.0)
-        for k in range(count(phi, at + b)):
-            i = index(phi, at + b, k)
+        for k in range(count(phi, at)):
+            i = index(phi, at, k)
             for d in range(dim):
                 row[0, d], row[0, dim + d] = nodes.v[i, d], nodes.a[i, d]
-            add_multiple(LANES, sums, 0, value(phi, at + b, k, work, grad_phi), row, 0)
+            add_multiple(LANES, sums, 0, value(phi, at, k, work, grad_phi), row, 0)
             for e in range(dim):
                 add_multiple(LANES, sums, 1 + e, grad_phi[e], row, 0)
         for d in range(dim):
@@ -205,8 +207,10 @@ def _locate(phi, x, p, work):
 
 
 @implements(locate_batch, Stencils)
-def _locate_batch(phi, x, first, most, work):
-    return first, most
+def _locate_batch(phi, x, first, most, at, work):
+    for b in range(most):
+        at[b] = first + b
+    return most
 
 
 @implements(count, Stencils)

@@ -13,6 +13,7 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.np.arrayobj import make_array
 
 from mpmbench.core.compiled import generated, inlined
@@ -176,43 +177,40 @@ def add_sums(typingctx, used, lanes, sums, i, rows, j):
     return types.void(used, lanes, sums, n, rows, n), generate
 
 
-def _columns(context, builder, kind, array, columns, first):
-    """The pointer to the first of rows with so many columns, whatever the shape of the array."""
+def _masked(context, builder, kind, array, columns, first, count):
+    """Type of 8 rows with so many columns, a pointer to them from the first on, and which are less than `count`."""
+    block = ir.VectorType(DOUBLE, 8 * columns)
     data = make_array(kind)(context, builder, array).data
-    return builder.gep(data, [builder.mul(first, ir.Constant(INT64, columns))])
+    start = builder.gep(data, [builder.mul(first, ir.Constant(INT64, columns))])
+    numbers = ir.VectorType(INT64, 8 * columns)
+    row = ir.Constant(numbers, [k // columns for k in range(8 * columns)])
+    nothing = ir.Constant(numbers, ir.Undefined)
+    counts = builder.insert_element(nothing, count, ir.Constant(INT32, 0))
+    counts = _chosen(builder, counts, nothing, [0] * (8 * columns))
+    mask = builder.icmp_signed("<", row, counts)
+    return block, builder.bitcast(start, block.as_pointer()), mask
+
+
+def _call(builder, name, result, arguments):
+    kind = ir.FunctionType(result, [argument.type for argument in arguments])
+    function = cgutils.get_or_insert_function(builder.module, kind, name)
+    return builder.call(function, arguments)
 
 
 @generated
 def take_rows(typingctx, columns, target, i, source, first, count):
-    """``target[i + GROUPS c, b] = source[first + b, c]`` for ``b < min(count, 8)``; others repeat the last b."""
+    """``target[i + GROUPS c, b] = source[first + b, c]`` for ``b < count``, 0 for the others up to 8."""
 
     def generate(context, builder, signature, arguments):
         _, written, i_, read, first_, count_ = arguments
         to, n = _Rows(context, builder, target, written, 8), columns.count
-        start = _columns(context, builder, source, read, n, first_)
-
-        def store(c, row):
+        block, start, mask = _masked(context, builder, source, read, n, first_, count_)
+        zeros = ir.Constant(block, [0.0] * (8 * n))
+        name = f"llvm.masked.load.v{8 * n}f64.p0"
+        values = _call(builder, name, block, [start, ir.Constant(INT32, 8), mask, zeros])
+        for c in range(n):
+            row = _chosen(builder, values, values, range(c, 8 * n, n))
             to.store(row, builder.add(i_, ir.Constant(INT64, GROUPS * c)))
-
-        whole = builder.icmp_signed(">=", count_, ir.Constant(INT64, 8))
-        with builder.if_else(whole) as (then, otherwise):
-            with then:
-                block = ir.VectorType(DOUBLE, 8 * n).as_pointer()
-                block = builder.load(builder.bitcast(start, block), align=8)
-                for c in range(n):
-                    store(c, _chosen(builder, block, block, range(c, 8 * n, n)))
-            with otherwise:
-                last = builder.sub(count_, ir.Constant(INT64, 1))
-                rows = [ir.Constant(ir.VectorType(DOUBLE, 8), ir.Undefined)] * n
-                for b in range(8):
-                    here = ir.Constant(INT64, b)
-                    here = builder.select(builder.icmp_signed("<", here, last), here, last)
-                    point = builder.gep(start, [builder.mul(here, ir.Constant(INT64, n))])
-                    for c in range(n):
-                        value = builder.load(builder.gep(point, [ir.Constant(INT64, c)]))
-                        rows[c] = builder.insert_element(rows[c], value, ir.Constant(INT32, b))
-                for c in range(n):
-                    store(c, rows[c])
         return context.get_dummy_value()
 
     k = types.intp
@@ -221,32 +219,20 @@ def take_rows(typingctx, columns, target, i, source, first, count):
 
 @generated
 def put_rows(typingctx, columns, source, i, target, first, count):
-    """``target[first + b, c] = source[i + GROUPS c, b]`` for ``b < min(count, 8)``."""
+    """``target[first + b, c] = source[i + GROUPS c, b]`` for ``b < count``, at most 8."""
 
     def generate(context, builder, signature, arguments):
         _, read, i_, written, first_, count_ = arguments
         source_, n = _Rows(context, builder, source, read, 8), columns.count
-        start = _columns(context, builder, target, written, n, first_)
-        rows = [source_.load(builder.add(i_, ir.Constant(INT64, GROUPS * c))) for c in range(n)]
-        whole = builder.icmp_signed(">=", count_, ir.Constant(INT64, 8))
-        with builder.if_else(whole) as (then, otherwise):
-            with then:
-                block = rows[0]
-                for c in range(1, n):
-                    row = _chosen(builder, rows[c], rows[c], [b % 8 for b in range(8 * c)])
-                    used = [*range(8 * c), *range(8 * c, 8 * c + 8)]
-                    block = _chosen(builder, block, row, used)
-                block = _chosen(
-                    builder, block, block, [8 * c + b for b in range(8) for c in range(n)]
-                )
-                builder.store(block, builder.bitcast(start, block.type.as_pointer()), align=8)
-            with otherwise:
-                for b in range(8):
-                    with builder.if_then(builder.icmp_signed(">", count_, ir.Constant(INT64, b))):
-                        for c in range(n):
-                            value = builder.extract_element(rows[c], ir.Constant(INT32, b))
-                            place = builder.gep(start, [ir.Constant(INT64, b * n + c)])
-                            builder.store(value, place)
+        values = source_.load(i_)
+        for c in range(1, n):
+            row = source_.load(builder.add(i_, ir.Constant(INT64, GROUPS * c)))
+            row = _chosen(builder, row, row, [b % 8 for b in range(8 * c)])
+            values = _chosen(builder, values, row, [*range(8 * c), *range(8 * c, 8 * c + 8)])
+        values = _chosen(builder, values, values, [8 * c + b for b in range(8) for c in range(n)])
+        _, start, mask = _masked(context, builder, target, written, n, first_, count_)
+        name = f"llvm.masked.store.v{8 * n}f64.p0"
+        _call(builder, name, ir.VoidType(), [values, start, ir.Constant(INT32, 8), mask])
         return context.get_dummy_value()
 
     k = types.intp
@@ -255,7 +241,7 @@ def put_rows(typingctx, columns, source, i, target, first, count):
 
 @inlined
 def take(columns, target, row, source, first, n):
-    """``target[row + c, b] = source[first + b, c]`` for ``b < n``; what is left repeats the last of them.
+    """``target[row + c, b] = source[first + b, c]`` for ``b < n``, 0 for what is left.
 
     `columns` has as many entries as one entry of `source`, a row or a matrix, has numbers.
     """

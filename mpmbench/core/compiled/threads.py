@@ -52,6 +52,8 @@ def run(task: Callable[[int, int, int], Any], particles: int) -> list[Any]:
 
     An exception in a task is raised here.
     """
+    if particles < 2 * SMALLEST_CHUNK:
+        return [task(0, 0, particles)]
     parts = [(c, start, stop) for c, (start, stop) in enumerate(chunks(particles))]
     results, left = [None] * len(parts), iter(parts)
 
@@ -59,8 +61,7 @@ def run(task: Callable[[int, int, int], Any], particles: int) -> list[Any]:
         for part in left:  # each is taken by one thread
             results[part[0]] = task(*part)
 
-    others = _others if particles >= 2 * SMALLEST_CHUNK else 0
-    helpers = [_pool.submit(work) for _ in range(others)] if _pool is not None else []
+    helpers = [_pool.submit(work) for _ in range(_others)] if _pool is not None else []
     try:
         work()
     finally:

@@ -150,7 +150,7 @@ def step(s: State, dt: float) -> None:
     if s.transfer.velocity_on_nodes:
         n.v_old[:] = n.v  # Li 2009, Eq. 3.92: nodes keep their velocities
     else:
-        n.v_old[s.fixed] = n.v[s.fixed]
+        np.copyto(n.v_old, n.v, where=s.fixed)
         s.mass.solve(n.q, n.v_old)  # Eq. 23
     constrain(s, dt)
     np.divide(

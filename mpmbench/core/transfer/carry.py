@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
 from mpmbench.core.bases.handle import (
     count,
     index,
@@ -52,11 +54,16 @@ def g2p(phi, law, p, nodes, dt, update, solid, start, stop):
     """
     axes, dim, flip = phi.axes, len(phi.axes), update.flip
     work, fields = room(phi), table((0.0, 0.0, *axes), axes, BATCH)
+    at = vector(BATCH).view(np.int64)
     first = start
     while first < stop:
         end = min(solid, stop) if first < solid else stop
-        at, n = locate_batch(phi, p.x, first, min(len(BATCH), end - first), work)
-        interpolate(phi, at, n, work, nodes, fields)
+        n = locate_batch(phi, p.x, first, min(len(BATCH), end - first), at, work)
+        b = 0
+        while b < n:
+            same = alike(at, b, n)
+            interpolate(phi, at[b], b, same, work, nodes, fields)
+            b += same
         if update.velocity:
             change(axes, flip, p.v, first, n, flip * dt, fields, dim)
             if flip != 1.0:
@@ -68,6 +75,15 @@ def g2p(phi, law, p, nodes, dt, update, solid, start, stop):
         if update.strain and first < solid:
             strain(axes, squared(axes), law, p, first, n, dt, fields)
         first += n
+
+
+@inlined
+def alike(at, b, n):
+    """Number of points of a batch of n from b on that are at the same place."""
+    e = b + 1
+    while e < n and at[e] == at[b]:
+        e += 1
+    return e - b
 
 
 @inlined

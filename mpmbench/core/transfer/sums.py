@@ -31,7 +31,7 @@ from mpmbench.core.compiled.rows import (
     take,
 )
 from mpmbench.core.particles import SEEN
-from mpmbench.core.transfer.carry import squared
+from mpmbench.core.transfer.carry import alike, squared
 
 
 class NodalSums:
@@ -77,16 +77,14 @@ def p2g(phi, values, lanes, p, sums, touched, start, stop):
     axes, dim = phi.axes, len(phi.axes)
     mass = dim * dim  # row of the mass; before it is the stress times the volume, then the momentum
     work, columns = room(phi), table((0.0, *axes), (0.0, *axes), BATCH)
-    volume = matrix((0.0,), BATCH)
+    volume, at = matrix((0.0,), BATCH), vector(BATCH).view(np.int64)
     touched[0], touched[1] = sums.shape[0], 0
     first = start
     while first < stop:
-        at, n = locate_batch(phi, p.x, first, min(len(BATCH), stop - first), work)
+        n = locate_batch(phi, p.x, first, min(len(BATCH), stop - first), at, work)
         take(squared(axes), columns, 0, p.sigma, first, n)
         take((0.0,), volume, 0, p.V, first, n)
         take((0.0,), columns, mass, p.m, first, n)
-        for b in range(n, len(LANES) * groups(n)):
-            volume[0, b], columns[mass, b] = 0.0, 0.0
         take(axes, columns, mass + 1, p.v, first, n)
         if len(values) > 1 + dim:
             take(axes, columns, mass + 1 + dim, p.b, first, n)
@@ -96,7 +94,11 @@ def p2g(phi, values, lanes, p, sums, touched, start, stop):
                 scale(columns, c, volume, 0, g)
             for c in range(1, len(values)):
                 scale(columns, mass + c, columns, mass, g)
-        spread(phi, at, n, work, values, lanes, columns, sums, touched)
+        b = 0
+        while b < n:
+            same = alike(at, b, n)
+            spread(phi, at[b], b, same, work, values, lanes, columns, sums, touched)
+            b += same
         first += n
 
 

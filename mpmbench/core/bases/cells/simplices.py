@@ -8,10 +8,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mpmbench.core.bases.cells.quads import MovingCells
-from mpmbench.core.bases.grid.product import first_outside_box
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.errors import BadSetting, BrokeDown
 from mpmbench.core.geometry import Cloud
+from mpmbench.core.geometry.outside import first_outside_box
 
 NEAREST = 16  # simplices by their barycentres that are tried before all others
 INSIDE = 1e-9  # barycentric coordinates above minus this count as inside

@@ -13,10 +13,10 @@ from scipy.spatial import cKDTree
 
 from mpmbench.core.bases import StoredBasis
 from mpmbench.core.bases.clouds.search import fill_buckets, list_near, make_buckets
-from mpmbench.core.bases.grid.product import first_outside_box
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import threads
 from mpmbench.core.errors import BadSetting, BrokeDown
+from mpmbench.core.geometry.outside import first_outside_box
 
 SLACK = 1e-12  # of the radius: so far outside the box of fixed nodes is round-off
 SPARE = 4  # nodes that are looked up beyond the largest cloud, for repairs

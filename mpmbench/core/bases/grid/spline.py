@@ -12,8 +12,9 @@ import numpy as np
 from mpmbench.core.bases.grid.knots import advect, tabulate
 from mpmbench.core.bases.grid.product import GridBasis, product, product_fields, weigh
 from mpmbench.core.bases.handle import locate_batch
-from mpmbench.core.compiled import implements, inlined, matrix, vector
+from mpmbench.core.compiled import implements, inlined, matrix
 from mpmbench.core.compiled.rows import (
+    BATCH,
     GROUPS,
     LANES,
     add_product,
@@ -21,6 +22,7 @@ from mpmbench.core.compiled.rows import (
     groups,
     multiply_and_add,
     set_multiple,
+    take,
 )
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box
@@ -67,44 +69,38 @@ def inverse_width(grid, d, s):
 
 
 @implements(locate_batch, TensorGrid)
-def _locate_batch(grid, x, first, most, work):
-    dim, t, local = len(grid.axes), work[2], vector(grid.axes)
-    points = x[first : first + most]
-    at, n = 0, 0
-    while n < most:
+def _locate_batch(grid, x, first, most, at, work):
+    """Keep local coordinates."""
+    points, kept = x[first : first + most], work[2]
+    for b in range(most):
         here = 0
-        for d in range(dim):
-            s, local[d] = span(grid, points[n, d], d)
+        for d in range(len(grid.axes)):
+            s, kept[d, b] = span(grid, points[b, d], d)
             here = here * grid.shape[d] + s
-        if n > 0 and here != at:
-            break
-        at = here
-        for d in range(dim):
-            t[d, n] = local[d]
-        n += 1
-    for d in range(dim):
-        for b in range(n, len(LANES) * groups(n)):
-            t[d, b] = 0.0
-    return at, n
+        at[b] = here
+    return most
 
 
 @implements(weigh, TensorGrid)
-def _weigh(grid, at, g, work):
-    order, (phi, slope, t) = len(grid.order), work
+def _weigh(grid, at, start, n, work):
+    order, (phi, slope, kept) = len(grid.order), work
     value, steep = matrix(grid.order, LANES), matrix(grid.order, LANES)
+    t = matrix((0.0,), BATCH)
     for d in range(len(grid.axes) - 1, -1, -1):
         s, at = at % grid.shape[d], at // grid.shape[d]
-        for a in range(order):
-            fill_row(LANES, value, order - 1, grid.coefficients[d, s, order - 1, a])
-            fill_row(LANES, steep, order - 1, 0.0)
-            for k in range(order - 2, -1, -1):  # Horner's scheme; the results are in row 0
-                set_multiple(LANES, steep, k, 1.0, value, k + 1)
-                add_product(LANES, steep, k, steep, k + 1, t, GROUPS * d + g)
-                fill_row(LANES, value, k, grid.coefficients[d, s, k, a])
-                add_product(LANES, value, k, value, k + 1, t, GROUPS * d + g)
-            row = GROUPS * (d * order + a) + g
-            set_multiple(LANES, phi, row, 1.0, value, 0)
-            set_multiple(LANES, slope, row, inverse_width(grid, d, s), steep, 0)
+        take((0.0,), t, 0, kept, len(BATCH) * d + start, n)
+        for g in range(groups(n)):
+            for a in range(order):
+                fill_row(LANES, value, order - 1, grid.coefficients[d, s, order - 1, a])
+                fill_row(LANES, steep, order - 1, 0.0)
+                for k in range(order - 2, -1, -1):  # Horner's scheme; the results are in row 0
+                    set_multiple(LANES, steep, k, 1.0, value, k + 1)
+                    add_product(LANES, steep, k, steep, k + 1, t, g)
+                    fill_row(LANES, value, k, grid.coefficients[d, s, k, a])
+                    add_product(LANES, value, k, value, k + 1, t, g)
+                row = GROUPS * (d * order + a) + g
+                set_multiple(LANES, phi, row, 1.0, value, 0)
+                set_multiple(LANES, slope, row, inverse_width(grid, d, s), steep, 0)
 
 
 @product(TensorGrid)
