@@ -8,12 +8,13 @@ from statistics import median
 
 import numpy as np
 
-from benchmarks import mutants, reference
+from benchmarks import mutants, peers, reference
 from benchmarks.campaigns import campaign, overhead, program, seconds_of
 from benchmarks.functions import functions
 from benchmarks.measure import REPEATS, interleaved, plate
 from benchmarks.power import power
 from benchmarks.reference_numpy import numpy_step
+from benchmarks.roofline import roofline
 from benchmarks.scaling import scaling, sizes, users
 from mpmbench import case
 from mpmbench.core import registry
@@ -160,6 +161,8 @@ SECTIONS = {
         overhead,
         campaign,
         power,
+        peers.peers,
+        roofline,
     )
 }
 
@@ -168,6 +171,8 @@ if __name__ == "__main__":
         sys.exit(reference.main(sys.argv[2:]))
     if sys.argv[1:2] == ["mutants"]:
         sys.exit(mutants.main(sys.argv[2:]))
+    if sys.argv[1:2] == ["peers"]:
+        sys.exit(peers.main(sys.argv[2:]))
     chosen = sys.argv[1:] or list(SECTIONS)
     unknown = [name for name in chosen if name not in SECTIONS]
     if unknown:
