@@ -27,8 +27,11 @@ def test_bytes_leave_out_no_array_that_a_kernel_changes() -> None:
     assert changed == {"x", "v", "F", "sigma", "V"}
 
 
-def test_operations_grow_with_the_nodes_that_a_particle_sees() -> None:
+def test_operations_are_those_counted_by_hand() -> None:
     linear, quadratic = (roofline.operations(2, degree) for degree in (1, 2))
+    # functions, 4 nodes, and V sigma and m v; in g2p instead F, its determinant, F F^T and the law
+    assert linear["p2g"] == 14 + 4 * (3 + 14) + 6
+    assert linear["g2p"] == 14 + 4 * (3 + 16) + 2 * 16 + 2 * 3 + 2 * 4 + 20 + 3 * 4 + 4 * 2
     # 9 nodes for 4, each: 3 products for value and gradient, 14 and 16 for the sums
     functions = 2 * (3 + 3 * 6) - 2 * (3 + 2 * 2)
     assert quadratic["p2g"] - linear["p2g"] == 5 * (3 + 14) + functions
@@ -50,3 +53,9 @@ def test_every_part_of_the_arrays_is_moved(threads: int, monkeypatch: pytest.Mon
     parts = sorted(set(seen))
     assert len(parts) == threads
     assert sum(stop - start for start, stop in parts) == 1001 // threads * threads
+
+
+def test_every_chain_does_all_its_multiply_adds() -> None:
+    x = np.zeros((len(roofline.CHAINS), len(roofline.LANES)))
+    roofline.multiply_add(x, 3)
+    assert x == pytest.approx(1.0 - 0.999**3, rel=1e-12)  # 0.001 (1 + 0.999 + 0.999^2)
