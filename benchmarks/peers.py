@@ -1,6 +1,7 @@
 """Explicit MPM beside the same in Taichi and warp: one state, one thread, rounds interleaved.
 
-``python -m benchmarks peers`` prints the table, ``--write`` also writes it to `benchmarks/peers.md`.
+``python -m benchmarks peers`` prints the table, with 65^3 nodes after ``--large``; ``--write`` also
+writes it to `benchmarks/peers.md`.
 Peers are written by us, as plainly as a good user would: loops over particles in the order of their
 cells, stress from F where it is needed. A round is the same 20 steps from the same start, after
 which particles agree to `DIGITS` digits or the section fails. The material stays some cells away
@@ -30,6 +31,7 @@ PEERS = {"taichi": "Taichi", "warp": "warp"}  # module, and what it is called
 BASES = {1: "linear", 2: "bspline"}
 # Dimension, cells a side, empty cells at each edge, particles per cell.
 SIZES = ((2, 128, 4, 16), (3, 32, 3, 8))
+LARGE = ((3, 64, 3, 8),)  # takes five minutes more
 STEPS, ROUNDS, DIGITS = 20, 9, 12
 SPEED, TIME_STEP = 2.0, 1e-5  # [m/s], [s]: no particle leaves its cell within a round
 GOAL = 1.5
@@ -188,8 +190,8 @@ def version(module: str) -> str:
     return found if isinstance(found, str) else ".".join(map(str, found))
 
 
-def table(say: Callable[[str], None]) -> None:
-    """Say the table row by row."""
+def table(say: Callable[[str], None], sizes: Sequence[tuple[int, int, int, int]]) -> None:
+    """Say the table row by row, for each of the sizes linear and quadratic."""
     peers = [name for name in PEERS if find_spec(name) is not None]
     names = [f"{PEERS[name]} {version(name) if name in peers else ''}".strip() for name in PEERS]
     threads.use(1)
@@ -201,7 +203,7 @@ def table(say: Callable[[str], None]) -> None:
     )
     say(f"| case | particles | mpmbench | {' | '.join(names)} | ahead | goal | differ |")
     say("|---" * (len(names) + 6) + "|")
-    for size in SIZES:
+    for size in sizes:
         for degree in BASES:
             say(case(*size, degree, peers))
     kratos = "installed, but not compared" if find_spec("KratosMultiphysics") else "not installed"
@@ -211,13 +213,13 @@ def table(say: Callable[[str], None]) -> None:
 def peers() -> None:
     """Explicit MPM beside the same in Taichi and warp."""
     print()
-    table(print)
+    table(print, SIZES)
 
 
 def main(arguments: Sequence[str]) -> int:
-    """``python -m benchmarks peers [--write]``."""
-    if list(arguments) not in ([], ["--write"]):
-        print("python -m benchmarks peers [--write]")
+    """``python -m benchmarks peers [--large] [--write]``."""
+    if not {*arguments} <= {"--large", "--write"}:
+        print("python -m benchmarks peers [--large] [--write]")
         return 2
     lines: list[str] = []
 
@@ -225,7 +227,7 @@ def main(arguments: Sequence[str]) -> int:
         print(text, flush=True)
         lines.append(text)
 
-    table(say)
-    if arguments:
+    table(say, SIZES + LARGE if "--large" in arguments else SIZES)
+    if "--write" in arguments:
         WRITTEN.write_text("\n".join(["# Beside its peers\n", *lines, ""]))
     return 0

@@ -2,6 +2,7 @@
 
 import importlib
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -94,14 +95,30 @@ def test_what_is_not_a_number_differs() -> None:
 
 def test_peers_that_are_not_installed_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(peers, "find_spec", lambda name: None)
-    monkeypatch.setattr(peers, "SIZES", (SMALL,))
     lines: list[str] = []
-    peers.table(lines.append)
+    peers.table(lines.append, (SMALL,))
     rows = [line for line in lines if line.startswith("| 2D")]
     assert len(rows) == 2
     for row in rows:
         assert row.count("pip install 'mpmbench[peers]'") == 2
     assert lines[-1].strip() == "Kratos (implicit): not installed."
+
+
+def test_the_table_is_written_only_when_asked_and_large_sizes_too(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(peers, "find_spec", lambda name: None)
+    monkeypatch.setattr(peers, "SIZES", (SMALL,))
+    monkeypatch.setattr(peers, "LARGE", ((2, 17, 4, 4),))
+    monkeypatch.setattr(peers, "WRITTEN", tmp_path / "peers.md")
+    assert peers.main(["--wirte"]) == 2
+    assert peers.main([]) == 0
+    assert not list(tmp_path.iterdir())
+    assert "18^2" not in capsys.readouterr().out
+    assert peers.main(["--large", "--write"]) == 0
+    written = (tmp_path / "peers.md").read_text()
+    assert "17^2 nodes, linear" in written
+    assert "18^2 nodes, quadratic" in written
 
 
 def test_the_ratio_is_above_one_where_the_peer_is_slower() -> None:
