@@ -10,6 +10,7 @@ import numpy as np
 
 from benchmarks import mutants, peers, reference
 from benchmarks.campaigns import campaign, overhead, program, seconds_of
+from benchmarks.compiling import compiling
 from benchmarks.functions import functions
 from benchmarks.measure import REPEATS, interleaved, plate
 from benchmarks.power import power
@@ -158,6 +159,7 @@ SECTIONS = {
         consistent_mass,
         bar,
         start_up,
+        compiling,
         overhead,
         campaign,
         power,

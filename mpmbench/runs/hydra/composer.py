@@ -19,6 +19,7 @@ from mpmbench.settings.schema import GROUPS, BadInput, declared_anywhere, experi
 from mpmbench.settings.trees import dotted
 
 Resolved = tuple[dict[str, Any], str]
+Origin = tuple[set[str], str | None]  # keys that are set, and the name of the experiment
 
 
 class Composer:
@@ -26,7 +27,7 @@ class Composer:
 
     def __init__(self, compose: Callable[[list[str]], DictConfig]) -> None:
         self.compose = compose
-        self.known: dict[tuple[str, ...], tuple[DictConfig, dict[str, Any], bool]] = {}
+        self.known: dict[tuple[str, ...], tuple[dict[str, Any], Origin, bool]] = {}
         self.parser = OverridesParser.create()
 
     def cell(self, overrides: Sequence[str], foreign_keys: bool = False) -> Resolved:
@@ -41,22 +42,23 @@ class Composer:
         """As `cell`, from what is known of its choice; None when Hydra itself has to be asked."""
         choices = [text for text in overrides if text.partition("=")[0] in (*GROUPS, "experiments")]
         values = [text for text in overrides if text not in choices]
-        composed, plain, simple = self.composed(choices)
+        plain, origin, simple = self.composed(choices)
         if not simple or any(text.startswith("~") or "${" in text for text in values):
             return None
         config = copy.deepcopy(plain)
         for override in self.parser.parse_overrides(values):
             if not set_value(config, override, foreign_keys):
                 return None
-        return filled(config, composed, values)
+        given, experiment = origin
+        return fill(config, given | {text.partition("=")[0] for text in values}, experiment)
 
-    def composed(self, choices: list[str]) -> tuple[DictConfig, dict[str, Any], bool]:
-        """What Hydra makes of a choice, the same as dictionaries, and whether these tell all."""
+    def composed(self, choices: list[str]) -> tuple[dict[str, Any], Origin, bool]:
+        """What Hydra makes of a choice, as dictionaries, its origin, and whether these tell all."""
         key = tuple(choices)
         if key not in self.known:
             whole = self.compose(choices)
             plain = as_dictionary(whole, resolve=False)
-            self.known[key] = whole, plain, "${" not in str(plain)
+            self.known[key] = plain, origin_of(whole), "${" not in str(plain)
         return self.known[key]
 
 
@@ -73,16 +75,16 @@ def resolved(composed: DictConfig) -> Resolved:
         plain = as_dictionary(composed, resolve=True)
     except OmegaConfBaseException as error:
         raise BadInput(" ".join(str(error).split())) from None
-    return filled(plain, composed)
+    return fill(plain, *origin_of(composed))
 
 
-def filled(plain: dict[str, Any], composed: DictConfig, values: Sequence[str] = ()) -> Resolved:
-    """A configuration with the problem's defaults for what command line and experiment leave open."""
+def origin_of(composed: DictConfig) -> Origin:
+    """Keys that command line and experiment set, for which the problem's defaults do not count."""
     experiment = composed.hydra.runtime.choices.get("experiments")
-    body = read_yaml(experiments()[experiment]) if experiment in experiments() else {}
+    known = experiments()
+    body = read_yaml(known[experiment]) if experiment in known else {}
     before: Any = OmegaConf.to_container(composed.hydra.overrides.task, resolve=False)
-    given = {text.partition("=")[0] for text in [*before, *values]}
-    return fill(plain, {*given, *dotted(body)}, experiment)
+    return {*(text.partition("=")[0] for text in before), *dotted(body)}, experiment
 
 
 def set_value(config: dict[str, Any], override: Override, foreign_keys: bool) -> bool:
