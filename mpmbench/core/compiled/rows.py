@@ -207,7 +207,15 @@ def take_rows(typingctx, columns, target, i, source, first, count):
         block, start, mask = _masked(context, builder, source, read, n, first_, count_)
         zeros = ir.Constant(block, [0.0] * (8 * n))
         name = f"llvm.masked.load.v{8 * n}f64.p0"
-        values = _call(builder, name, block, [start, ir.Constant(INT32, 8), mask, zeros])
+        values = cgutils.alloca_once(builder, block)
+        whole = builder.icmp_signed(">=", count_, ir.Constant(INT64, 8))
+        with builder.if_else(whole) as (then, otherwise):  # masks of 72 numbers are slow
+            with then:
+                builder.store(builder.load(start, align=8), values)
+            with otherwise:
+                some = [start, ir.Constant(INT32, 8), mask, zeros]
+                builder.store(_call(builder, name, block, some), values)
+        values = builder.load(values)
         for c in range(n):
             row = _chosen(builder, values, values, range(c, 8 * n, n))
             to.store(row, builder.add(i_, ir.Constant(INT64, GROUPS * c)))
@@ -232,7 +240,13 @@ def put_rows(typingctx, columns, source, i, target, first, count):
         values = _chosen(builder, values, values, [8 * c + b for b in range(8) for c in range(n)])
         _, start, mask = _masked(context, builder, target, written, n, first_, count_)
         name = f"llvm.masked.store.v{8 * n}f64.p0"
-        _call(builder, name, ir.VoidType(), [values, start, ir.Constant(INT32, 8), mask])
+        whole = builder.icmp_signed(">=", count_, ir.Constant(INT64, 8))
+        with builder.if_else(whole) as (then, otherwise):
+            with then:
+                builder.store(values, start, align=8)
+            with otherwise:
+                some = [values, start, ir.Constant(INT32, 8), mask]
+                _call(builder, name, ir.VoidType(), some)
         return context.get_dummy_value()
 
     k = types.intp
