@@ -106,8 +106,10 @@ def disk(turned: float, choices: Explicit, basis: str, friction: float) -> State
 MOVING = {"nodes": "moving", "transfer": "position_difference"}
 
 
-@pytest.mark.parametrize("mass", ("lumped", "consistent"))
-@pytest.mark.parametrize("friction", (0.0, 0.3, np.inf))
+@pytest.mark.parametrize(
+    ("mass", "friction"),
+    (("lumped", 0.0), ("lumped", 0.3), ("lumped", np.inf), ("consistent", 0.3)),
+)
 def test_momentum_is_what_walls_give_in_any_direction(mass: str, friction: float) -> None:
     choices, dt = Explicit(mass=mass, **MOVING), 1e-3
     found = []
