@@ -24,9 +24,11 @@ def test_particles_fill_the_rod(model: str, share: float) -> None:
         assert X.min() > 0.0
 
 
-@pytest.mark.parametrize("basis", ("bspline", "lme"))
-def test_the_wall_gives_all_momentum_along_the_axis(basis: str) -> None:
-    config = compose("taylor_anvil", "mpm", basis, resolution=2)
+@pytest.mark.parametrize(
+    ("basis", "update"), (("bspline", "usl"), ("lme", "usl"), ("linear", "musl"))
+)
+def test_the_wall_gives_all_momentum_along_the_axis(basis: str, update: str) -> None:
+    config = compose("taylor_anvil", "mpm", basis, resolution=2, method__stress_update=update)
     built = case.read(config)
     s = case.build(built)
     p = s.particles

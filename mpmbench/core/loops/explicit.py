@@ -223,7 +223,9 @@ def project_velocity(s: State) -> None:
     s.transfer.to_nodes(s, n.q)
     s.mass.assemble(s.basis, p, n.m)
     s.mass.solve(n.q, n.v)  # fixed components keep the velocity of the last step
-    s.walls.hold(s, s.time_step)  # particles get nothing of this
+    given = s.walls.nodal_impulse
+    s.walls.hold(s, s.time_step)
+    s.walls.nodal_impulse = given  # particles get nothing of what these velocities took
 
 
 def check(choices: Explicit) -> None:
