@@ -3,6 +3,7 @@
 import ast
 import hashlib
 import json
+import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -13,6 +14,13 @@ from mpmbench.results.bookkeeping import NOT_PART_OF_A_RUN, without_later
 from mpmbench.settings.files import PACKAGE, here
 
 SOLVER = ("core", "problems", "analysis", "case")
+# What marks a file whose functions are compiled, and what it imports of the package.
+COMPILES = re.compile(
+    r"^@(compiled|kernel|lean|inlined|summing|implements|fallback|generated|intrinsic|overload|njit)\b"
+    r"|^\w+ = (compiled|lean|inlined|summing|njit)\(",
+    re.MULTILINE,
+)
+IMPORTS = re.compile(r"^from mpmbench\.([\w.]+) import (\([^)]*\)|[^(\n]*)", re.MULTILINE)
 LONGEST_NAME = 180  # bytes for the words in the name of a file, which may have 255 in all
 
 
@@ -43,11 +51,35 @@ def solver_files(with_plugins: bool = True) -> list[Path]:
 
 
 def sources_hash(with_plugins: bool = True) -> str:
-    """Hash of all solver sources: programs with the same one may share compiled kernels."""
+    """Hash of all sources that a kernel is compiled from: programs with the same one may share them.
+
+    These are the files that have compiled functions and all that they import, for a kernel keeps
+    the values of what it names. A problem in plain Python or a time loop is none of them: after a
+    change there nothing is compiled anew.
+    """
     digest = hashlib.sha256()
-    for file in solver_files(with_plugins):
+    for file in [*kernel_files(), *(plugin_files() if with_plugins else [])]:
         digest.update(str(file).encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
+
+
+def kernel_files() -> list[Path]:
+    """Every file of the solver with compiled functions, or that such a file imports, in a fixed order."""
+    ours = {str(file.relative_to(PACKAGE)): file for file in solver_files(with_plugins=False)}
+    text = {name: file.read_text() for name, file in ours.items()}
+    waiting = [name for name in ours if COMPILES.search(text[name])]
+    found: set[str] = set()
+    while waiting:
+        name = waiting.pop()
+        found.add(name)
+        imported = {
+            f"{one.replace('.', '/')}{ending}"
+            for module, names in IMPORTS.findall(text[name])
+            for one in (module, *(f"{module}.{word}" for word in re.findall(r"\w+", names)))
+            for ending in (".py", "/__init__.py")
+        }
+        waiting += [one for one in imported if one in ours and one not in found]
+    return [ours[name] for name in sorted(found)]
 
 
 def code_digests(config: dict[str, Any]) -> dict[str, str]:

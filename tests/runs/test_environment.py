@@ -1,9 +1,11 @@
 """Where compiled kernels are kept."""
 
 import os
+import re
 
 import pytest
 
+from mpmbench.results import identity
 from mpmbench.runs.process import environment
 from tests.runs.conftest import PLUGINS
 
@@ -51,3 +53,18 @@ def test_processes_that_compute_share_one_cache_and_leave_threads_to_the_solver(
         str(environment.PACKAGE.parent),
         "elsewhere",
     ]
+
+
+def test_kernels_are_compiled_anew_after_changes_in_what_they_are_compiled_from_only():
+    found = {str(file.relative_to(environment.PACKAGE)) for file in identity.kernel_files()}
+    for decorated in environment.PACKAGE.joinpath("core").rglob("*.py"):
+        text = decorated.read_text()
+        if re.search(r"^@(compiled|lean|inlined|summing|implements)\b", text, re.MULTILINE):
+            assert str(decorated.relative_to(environment.PACKAGE)) in found
+    assert {
+        "core/compiled/rows.py",
+        "core/walls.py",
+        "core/state.py",
+    } <= found  # imported by kernels
+    assert {"problems/plate_axis_aligned.py"} <= found  # its body force is compiled
+    assert found.isdisjoint({"problems/soil_column.py", "core/loops/newmark.py", "case/build.py"})
