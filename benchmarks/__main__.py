@@ -1,5 +1,6 @@
 """Print the speed of the explicit core and of campaigns, on a quiet machine: ``python -m benchmarks [SECTION...]``."""
 
+import argparse
 import sys
 import tempfile
 from collections.abc import Callable
@@ -8,10 +9,12 @@ from statistics import median
 
 import numpy as np
 
-from benchmarks import mutants, peers, reference
+from benchmarks import goals, mutants, peers, reference
 from benchmarks.campaigns import campaign, overhead, program, seconds_of
 from benchmarks.compiling import compiling
 from benchmarks.functions import functions
+from benchmarks.goals import measured
+from benchmarks.implicit import implicit
 from benchmarks.measure import REPEATS, interleaved, plate
 from benchmarks.power import power
 from benchmarks.reference_numpy import numpy_step
@@ -93,6 +96,9 @@ def evaluations() -> None:
         print(
             f"{name:32} {value / len(points) * 1e9:8.1f} {value / seconds['bspline degree 2']:7.1f}"
         )
+    for start, called in (("maxent", "max-ent"), ("lme", "LME"), ("mls", "MLS")):
+        (took,) = (value for name, value in seconds.items() if name.startswith(start))
+        measured(f"{called} in quadratic B-splines", took / seconds["bspline degree 2"])
 
 
 def evaluation(basis, points: np.ndarray) -> Callable[[], object]:  # type: ignore[no-untyped-def]
@@ -115,7 +121,10 @@ def consistent_mass() -> None:
                 "consistent": lambda s=consistent: step(s, TIME_STEP),
             }  # type: ignore[misc]
         )
-        print(f"{basis:10} {seconds['consistent'] / seconds['lumped']:6.1f}")
+        ratio = seconds["consistent"] / seconds["lumped"]
+        print(f"{basis:10} {ratio:6.1f}")
+        which = "linear" if basis == "linear" else "quadratic"
+        measured(f"consistent over lumped step, {which}", ratio)
 
 
 def bar() -> None:
@@ -129,6 +138,7 @@ def bar() -> None:
             float(result["solver_time"]) / int(result["steps"]) / int(result["n_particles"])
         )
     print(f"{median(times) * 1e9:8.1f} ns per particle and step")
+    measured("1D bar, a particle and step", median(times) * 1e9)
 
 
 def start_up() -> None:
@@ -137,14 +147,15 @@ def start_up() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         cache = {"XDG_CACHE_HOME": str(folder / "cache")}
-        print(
-            f"{'first run, compiling':48} {seconds_of(program('rerun=all'), folder, **cache):7.2f}"
-        )
+        first = seconds_of(program("rerun=all"), folder, **cache)
+        print(f"{'first run, compiling':48} {first:7.2f}")
+        measured("first run of all", first)
         for words in (["rerun=all"], ["--help"], ["list"], ["--cfg", "job"]):
             what = " ".join(words) if words[0] != "rerun=all" else "second run"
-            print(
-                f"{what:48} {median(seconds_of(program(*words), folder, **cache) for _ in range(5)):7.2f}"
-            )
+            took = median(seconds_of(program(*words), folder, **cache) for _ in range(5))
+            print(f"{what:48} {took:7.2f}")
+            if what == "second run":
+                measured(what, took)
 
 
 SECTIONS = {
@@ -157,6 +168,7 @@ SECTIONS = {
         evaluations,
         functions,
         consistent_mass,
+        implicit,
         bar,
         start_up,
         compiling,
@@ -168,16 +180,40 @@ SECTIONS = {
     )
 }
 
-if __name__ == "__main__":
-    if sys.argv[1:2] == ["reference"]:
-        sys.exit(reference.main(sys.argv[2:]))
-    if sys.argv[1:2] == ["mutants"]:
-        sys.exit(mutants.main(sys.argv[2:]))
-    if sys.argv[1:2] == ["peers"]:
-        sys.exit(peers.main(sys.argv[2:]))
-    chosen = sys.argv[1:] or list(SECTIONS)
-    unknown = [name for name in chosen if name not in SECTIONS]
+COMMANDS = {"reference": reference.main, "mutants": mutants.main}  # they have options of their own
+
+
+def main(arguments: list[str]) -> int:
+    """Run the sections that were asked for, then print goals and figures."""
+    if arguments[:1] and arguments[0] in COMMANDS:
+        return COMMANDS[arguments[0]](arguments[1:])
+    if "--large" in arguments or "--write" in arguments:
+        return peers.main([word for word in arguments if word != "peers"])
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks",
+        description="Measure the speed of the program; only on a quiet machine do figures mean much.",
+        epilog="sections: " + ", ".join(SECTIONS) + "; 'peers --write', 'reference' and 'mutants' "
+        "have options of their own",
+    )
+    parser.add_argument("section", nargs="*", help="what is measured; all without one")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures to a file")
+    parser.add_argument(
+        "--compare", type=Path, metavar="FILE", help="print figures over those of an earlier --json"
+    )
+    chosen = parser.parse_args(arguments)
+    unknown = [name for name in chosen.section if name not in SECTIONS]
     if unknown:
-        sys.exit(f"unknown section {unknown[0]!r}; there are {', '.join(SECTIONS)}")
-    for name in chosen:
+        parser.error(f"unknown section {unknown[0]!r}; there are {', '.join(SECTIONS)}")
+    if chosen.compare and not chosen.compare.is_file():
+        parser.error(f"--compare {chosen.compare}: there is no such file")
+    before = goals.stored(chosen.compare) if chosen.compare else None
+    for name in chosen.section or SECTIONS:
         SECTIONS[name]()
+    goals.print_goals(before)
+    if chosen.json:
+        goals.store(chosen.json)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -5,6 +5,7 @@ from time import perf_counter
 
 import numpy as np
 
+from benchmarks.goals import measured
 from benchmarks.measure import REPEATS
 from mpmbench.core import registry
 from mpmbench.core.compiled import threads
@@ -49,4 +50,6 @@ def functions() -> None:
             print(
                 f"{what:22} {dim:3} {len(x):9} {basis.handle.size.mean():10.1f} {one:9.3f} {two:7.3f} {one / two:6.2f}"
             )
+            if dim == 3 and what == "lme":
+                measured("LME in 3D, a particle", one)
     threads.use(1)

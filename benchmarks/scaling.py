@@ -6,6 +6,7 @@ from time import perf_counter
 
 import numpy as np
 
+from benchmarks.goals import measured
 from benchmarks.implicit import build
 from benchmarks.measure import REPEATS
 from mpmbench.core.compiled import threads
@@ -72,11 +73,12 @@ def by_the_clock(tasks: dict[int, Callable[[], object]]) -> dict[int, float]:
     return {n: median(times) for n, times in found.items()}
 
 
-def line(name: str, task: Callable[[], object], count: int, unit: float = 1e9) -> None:
-    """Print what a task takes per item on one thread and two."""
+def line(name: str, task: Callable[[], object], count: int, unit: float = 1e9) -> float:
+    """Print what a task takes per item on one thread and two; how many times faster two are."""
     seconds = by_the_clock(dict.fromkeys(THREADS, task))
     one, two = (seconds[n] / count * unit for n in THREADS)
     print(f"{name:34} {count:9} {one:9.2f} {two:9.2f} {one / two:6.2f}")
+    return one / two
 
 
 def stepping(s: State, dt: float = 1e-6) -> Callable[[], None]:
@@ -93,9 +95,13 @@ def scaling() -> None:
     """Steps and their parts on one thread and two."""
     print("\nWhole steps by the clock, ns per particle (goal: two threads 1.8)")
     print(f"{'method':34} {'particles':>9} {'1 thread':>9} {'2':>9} {'ratio':>6}")
+    faster = []
     for name, overrides in EXPLICIT:
         s = build(*overrides)
-        line(name, stepping(s), len(s.particles.x))
+        faster.append(line(name, stepping(s), len(s.particles.x)))
+    measured("two threads over one, the slowest explicit step", min(faster))
+    measured("two threads over one, the fastest explicit step", max(faster))
+    implicit = []
     print("\nParts of an implicit step by the clock, ms (the factorisation is serial: same bits)")
     print(f"{'part':34} {'':>9} {'1 thread':>9} {'2':>9} {'ratio':>6}")
     for name, overrides in IMPLICIT:
@@ -105,14 +111,18 @@ def scaling() -> None:
         equations, du = Equations(s, w, force, 1.0, None), np.zeros_like(s.nodes.v)
         residual = equations.residual(du)
         assert residual is not None
-        line(f"{name}: functions", lambda s=s: prepare(s), 1, 1e3)  # type: ignore[misc]
-        line(f"{name}: assembly", lambda e=equations, du=du: e.residual(du), 1, 1e3)  # type: ignore[misc]
+        for what, task in (
+            ("functions", lambda s=s: prepare(s)),  # type: ignore[misc]
+            ("assembly", lambda e=equations, du=du: e.residual(du)),  # type: ignore[misc]
+        ):
+            implicit.append(line(f"{name}: {what}", task, 1, 1e3))
         line(
             f"{name}: factorisation",
             lambda e=equations, du=du, r=residual: e.correction(du, r),  # type: ignore[misc]
             1,
             1e3,
         )
+    measured("two threads over one, implicit functions and assembly", min(implicit))
 
 
 def users() -> None:
@@ -145,12 +155,20 @@ def users() -> None:
                 times[k].append((perf_counter() - start) / (2 * len(s.particles.x)) * 1e9)
         plain, user = median(times[0]), median(times[1])
         print(f"{name:34} {plain:9.1f} {user:9.1f} {user / plain:6.2f} {goal}")
+        which = "linear" if "linear" in name else "quadratic"
+        row = (
+            "user's step over the bare one"
+            if "no body" in name
+            else "the same with the plate's body force"
+        )
+        measured(f"{row}, {which}", user / plain)
 
 
 def sizes() -> None:
     """How cost and memory grow from 33 to 1025 nodes a side."""
     print("\nMPM on the plate, 16 particles per cell, one thread (goal: exponent 1.02, 400 bytes)")
     print(f"{'basis':10} {'nodes a side':>12} {'ns':>7} {'bytes a particle':>17}")
+    exponents = []
     for basis in ("linear", "bspline"):
         found = []
         for cells in (32, 128, 512, 1024):
@@ -162,7 +180,10 @@ def sizes() -> None:
                 f"{basis:10} {cells + 1:12} {seconds / count * 1e9:7.1f} {stored(s) / count:17.0f}"
             )
         (n0, t0), (n1, t1) = found[0], found[-1]
-        print(f"{basis:10} exponent {np.log(t1 / t0) / np.log(n1 / n0):.3f}")
+        exponents.append(np.log(t1 / t0) / np.log(n1 / n0))
+        print(f"{basis:10} exponent {exponents[-1]:.3f}")
+        measured("memory in 2D, a particle", stored(s) / count)
+    measured("growth of cost with particles, exponent", max(exponents))
 
 
 def stored(s: State) -> int:
