@@ -1,6 +1,7 @@
 """The command ``list``: what there is, what can be set, and what applies to a problem."""
 
 from mpmbench.say import say
+from mpmbench.settings.declarations import declaration, registered
 from mpmbench.settings.schema import (
     GROUPS,
     BadInput,
@@ -25,6 +26,9 @@ def main(arguments: list[str]) -> int:
         PLURALS[group]: {name: description(group, name) for name in options(group)}
         for group in GROUPS
     }
+    found["transfers (method.transfer of explicit methods)"] = {
+        name: declaration("transfer", name).sentence for name in sorted(registered("transfer"))
+    }
     found["experiments"] = {name: comment(file) for name, file in experiments().items()}
     for title, sentences in found.items():
         say(title, *in_columns(sentences))
@@ -35,6 +39,9 @@ def main(arguments: list[str]) -> int:
 def show_option(name: str) -> int:
     """What can be set for an option, and for a problem which methods and bases apply to it."""
     groups = [group for group in GROUPS if name in options(group)]
+    if not groups and name in registered("transfer"):
+        say(declaration("transfer", name).sentence, f"  method.transfer={name}")
+        return 0
     if not groups:
         known = [option for group in GROUPS for option in options(group)]
         raise BadInput(f"list {name}: there is no such option{did_you_mean(name, known)}")

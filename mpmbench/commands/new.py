@@ -12,7 +12,7 @@ SAMPLES = PACKAGE / "samples"
 KINDS = {  # and their samples
     "basis": "stored_hat",
     "method": "damped",
-    "transfer": "apic",
+    "transfer": "plain_apic",
     "material": "simo_pister",
     "problem": "free_bar",
     "paper": "bar_orders",

@@ -125,6 +125,7 @@ def build_state(body: Body, basis: BasisSettings, material: Material, choices: T
     if body.loads.traction is not None:
         state.traction_particle = loaded_points(p, len(body.loads.traction(0.0)), choices.traction)
     state.initial_nodes, state.geometry = reference, body.geometry
+    state.smooth = basis.promises.continuous_gradient
     state.balanced = body.initial_acceleration == "balance"
     state.nodes.v[:] = body.velocity(reference)
     if state.transfer.velocity_on_nodes or state.transfer.particle_data:
@@ -323,7 +324,7 @@ class Watch:
         momentum = p.m @ p.v
         arm, velocity = np.zeros((len(p.x), 3)), np.zeros((len(p.x), 3))
         arm[:, : p.dimension], velocity[:, : p.dimension] = p.x, p.v
-        spin = p.m @ np.cross(arm, velocity)
+        spin = p.m @ np.cross(arm, velocity) + s.transfer.spin(s)
         values = {
             "time": s.time,
             "kinetic_energy": kinetic,

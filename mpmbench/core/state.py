@@ -83,6 +83,10 @@ class State:
         Particle or tracer on which each point load acts.
     workspace : object
         What a time loop keeps allocated between its steps.
+    room : object
+        What a transfer keeps allocated between the steps.
+    smooth : bool
+        The functions have continuous gradients.
     records : dict of list
         What a time loop has to say about its steps, by name: one number or array per step.
     observe : callable or None
@@ -124,6 +128,8 @@ class State:
     initial_nodes: np.ndarray = field(default_factory=lambda: np.zeros((0, 1)))
     geometry: Geometry | None = None
     workspace: Any = None
+    room: Any = None
+    smooth: bool = True
     records: dict[str, list[Any]] = field(default_factory=dict)
     observe: Callable[["State"], dict[str, Any]] | None = None
     start: Callable[["State", float], None] | None = None

@@ -22,6 +22,9 @@ LATER: dict[tuple[str, str], dict[str, Any]] = {
     ("problem", "cantilever_dynamic"): {"behind": "room"},
     ("problem", "rolling_disk"): {"plane": "nodes", "friction": None},
 }
+# The same for keys of all methods whose time loop is the explicit one or derives from it, which
+# those have that have the first key.
+LATER_OF_LOOPS: dict[str, dict[str, Any]] = {"mass_cutoff": {"transfer_order": 2}}
 
 
 def with_later(config: dict[str, Any]) -> dict[str, Any]:
@@ -42,3 +45,6 @@ def _later(config: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     for (group, name), later in LATER.items():
         if config.get(group, {}).get("name") == name:
             yield group, later
+    for key, later in LATER_OF_LOOPS.items():
+        if key in config.get("method", {}):
+            yield "method", later

@@ -68,8 +68,8 @@ def test_a_time_loop_that_damps_must_say_so(command, folder, monkeypatch):
 @pytest.mark.slow
 def test_a_transfer_is_told_from_one_with_a_wrong_sign(command):
     """The affine term of APIC, right and flipped: fields are not kept, and the order is another."""
-    flipped = PLUGINS / "transfers" / "apic_flipped.py"
-    right, flipped = (command("check", str(file)) for file in (OUTSIDE / "apic.py", flipped))
+    flipped = PLUGINS / "transfers" / "plain_flipped.py"
+    right, flipped = (command("check", str(file)) for file in (OUTSIDE / "plain_apic.py", flipped))
     assert right.code == 0, right.out
     assert "compiling" in right.out.splitlines()[-1]
     assert flipped.code == 1

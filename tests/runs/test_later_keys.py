@@ -2,7 +2,7 @@
 
 import json
 
-from mpmbench.results.bookkeeping import LATER, with_later
+from mpmbench.results.bookkeeping import LATER, LATER_OF_LOOPS, with_later
 from mpmbench.results.campaign import flat_settings
 from mpmbench.results.identity import config_hash
 from mpmbench.runs.hydra.compose import compose_many
@@ -25,8 +25,24 @@ def test_a_key_that_came_later_leaves_the_hash_of_before():
     assert with_later(linear) == linear
 
 
+def test_keys_of_explicit_loops_that_came_later():
+    more = ([], ["method.transfer_order=2"], ["method.transfer_order=3"])
+    plain, given, other = (config for config, _ in compose_many(more))
+    before = plain | {"method": dict(plain["method"])}
+    del before["method"]["transfer_order"]
+    assert config_hash(before) == config_hash(plain) == config_hash(given) != config_hash(other)
+    assert with_later(before) == plain and with_later(other) == other
+    (implicit, _), *_ = compose_many([["method=implicit_mpm", "problem=cantilever_self_weight"]])
+    assert with_later(implicit)["method"] == implicit["method"]
+
+
 def test_a_key_that_came_later_can_still_have_the_value_of_before():
     for (group, name), keys in LATER.items():
         settings = declared(group, name)
         for key, value in keys.items():
             assert value == settings[key].default or value in settings[key].options
+    for loop in ("mpm", "otm", "unified", "linear_fem"):
+        settings = declared("method", loop)
+        for marked, keys in LATER_OF_LOOPS.items():
+            assert marked in settings
+            assert all(value == settings[key].default for key, value in keys.items())

@@ -210,7 +210,7 @@ def test_the_configuration_hash_knows_what_matters():
 
 def test_the_code_of_a_run_is_that_of_its_transfer_too(monkeypatch):
     monkeypatch.setenv("MPMBENCH_PLUGINS", str(PACKAGE / "samples"))
-    words = ("flip", "apic")
+    words = ("flip", "plain_apic")
     cells = compose_many([["method=mpm", f"method.transfer={name}"] for name in words])
     done = {"status": "ok", "solver_times": []}
     answers = [

@@ -20,13 +20,13 @@ def push_forward(axes, reference, F, grad_phi):
 class FrozenBasis(StoredBasis):
     """Any basis, evaluated at the initial positions X of the particles, wherever they go.
 
-    Their deformation gradients F, shape (P, dim, dim), are read at every `locate`.
+    Their deformation gradients F, shape (P, dim, dim), are read at every `locate`, and X stays.
     """
 
     constant_values = True
 
     def __init__(self, basis: Basis, X: np.ndarray, F: np.ndarray) -> None:
-        self.nodes, self._basis = basis.nodes, basis
+        self.nodes, self.X, self._basis = basis.nodes, X.copy(), basis
         self.handle = basis.evaluate(X)
         # a body may be deformed from the start: Grad phi = F^T grad phi
         self._reference = np.einsum("pde,pkd->pke", F, self.handle.grad_phi)

@@ -29,6 +29,9 @@ from mpmbench.core.transfer import find_transfer
 from mpmbench.core.transfer.carry import Update, g2p
 from mpmbench.core.transfer.sums import p2g_mass, p2g_momentum
 
+# Share of the step in which particles are strained before the forces; usavg: Nairn 2003.
+STRAIN_BEFORE = {"usl": 0.0, "musl": 0.0, "usavg": 0.5, "usf": 1.0}
+
 
 @register("method", "explicit")
 @dataclass(frozen=True)
@@ -38,15 +41,16 @@ class Explicit(TimeLoop):
     time: str = "explicit"
     mass: str = setting("lumped", "mass matrix of the nodes", options=("lumped", "consistent"))
     transfer: str = setting(
-        "flip", "of velocities: flip, pic, blend, position_difference, nodal, or of a plug-in"
+        "flip",
+        "of velocities: flip, pic, blend, apic, tpic, xpic, fmpm, position_difference, nodal, or of a plug-in",
     )
     flip: float = setting(
         1.0, "weight of flip against pic when transfer is blend", unit="-", least=0.0, most=1.0
     )
     stress_update: str = setting(
         "usl",
-        "after the nodal velocities, before, or after mapping them back once more",
-        options=("usl", "usf", "musl"),
+        "after the nodal velocities, before, after mapping them back once more, or half before and half after",
+        options=("usl", "usf", "musl", "usavg"),
     )
     mass_cutoff: float = setting(
         1e-6,
@@ -59,6 +63,9 @@ class Explicit(TimeLoop):
         "end_point",
         "where a point load acts: at a massless point that follows the boundary, or a particle",
         options=("end_point", "last_particle"),
+    )
+    transfer_order: int = setting(
+        2, "terms of the series when transfer is xpic or fmpm", unit="-", least=1, most=20
     )
     velocity_lag: ClassVar[float] = 0.5
     meets_walls: ClassVar[bool] = True
@@ -140,9 +147,10 @@ def step(s: State, dt: float) -> None:
     p, n, choices = s.particles, s.nodes, s.choices
     s.land()
     s.basis.locate(p.x)  # step 3
-    if choices.stress_update == "usf":
+    before = STRAIN_BEFORE[choices.stress_update]
+    if before > 0.0:
         project_velocity(s)
-        update_particles(s, dt, strain=True)
+        update_particles(s, before * dt, strain=True)
     total_force(s)  # and mass and momentum, Eqs. 17, 20, 21
     s.transfer.to_nodes(s, n.q)
     s.mass.assemble(s.basis, p, n.m)  # Eqs. 19, 48, 90
@@ -159,6 +167,7 @@ def step(s: State, dt: float) -> None:
     s.mass.solve(n.f, n.a)  # Eqs. 22, 93
     np.add(n.v_old, np.multiply(n.a, dt, out=n.v), out=n.v)  # Eqs. 24, 51, 94
     s.external_work += s.walls.hold(s, dt)
+    s.transfer.refine(s)
     s.external_work += dt * float(np.vdot(n.f_external, n.v)) + reaction_work(s, dt)
     loaded = p.x[s.traction_particle]
 
@@ -173,6 +182,8 @@ def step(s: State, dt: float) -> None:
             project_velocity(s)
             update_particles(s, dt, strain=True)
             n.v[:] = n.v_old
+        elif before < 1.0:
+            update_particles(s, (1.0 - before) * dt, strain=True)
         update_particles(s, dt, position=True)  # Eq. 26
     s.external_work += rise_of_traction(s, dt, loaded)
     if choices.moving and not choices.frozen:
@@ -225,6 +236,7 @@ def project_velocity(s: State) -> None:
     s.mass.solve(n.q, n.v)  # fixed components keep the velocity of the last step
     given = s.walls.nodal_impulse
     s.walls.hold(s, s.time_step)
+    s.transfer.refine(s)
     s.walls.nodal_impulse = given  # particles get nothing of what these velocities took
 
 

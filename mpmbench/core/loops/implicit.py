@@ -30,7 +30,7 @@ class ImplicitLoop(TimeLoop):
     stress_update: str = setting(
         "usl",
         "only usl: stress and displacement are found together",
-        options=("usl", "usf", "musl"),
+        options=("usl", "usf", "musl", "usavg"),
     )
     traction: str = setting(
         "end_point",

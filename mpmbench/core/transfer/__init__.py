@@ -40,11 +40,15 @@ class TransferPromises:
     order : float or None
         Order of the displacements of a vibrating plate, on a fixed grid with quadratic B-splines
         of 4 to 16 cells; None where it depends on the settings.
+    angular_momentum : bool
+        That of the particles, with the `spin` of what they carry besides, is constant for smooth
+        functions away from edges.
     """
 
     affine: bool = False
     energy: bool = False
     order: float | None = None
+    angular_momentum: bool = False
 
 
 class Transfer:
@@ -76,11 +80,18 @@ class Transfer:
     def to_nodes(self, s: "State", q: np.ndarray) -> None:
         """Add to the momentum `q` [kg m/s], shape (N, dim), which is ``sum_p m_p phi_i v_p`` so far."""
 
+    def refine(self, s: "State") -> None:
+        """Change ``nodes.v``, all constraints included, before the particles take anything from it."""
+
     def to_particles(self, s: "State", dt: float) -> None:
         """Take more from ``nodes.v`` and ``nodes.a``, at the old places of the particles.
 
         Velocities by `flip_weight` are there and may be changed, and so is the stress of the step.
         """
+
+    def spin(self, s: "State") -> np.ndarray:
+        """Angular momentum [kg m^2/s], shape (3,), of what particles carry besides their velocity."""
+        return np.zeros(3)
 
     @property
     def takes_more(self) -> bool:

@@ -8,7 +8,7 @@ from mpmbench.core.transfer import Transfer
 
 @register("transfer", "blend")
 class Blend(Transfer):
-    """FLIP with the weight ``method.flip``, PIC with the rest."""
+    """A mean: FLIP with the weight ``method.flip``, PIC with the rest."""
 
     def flip_weight(self, choices: Any) -> float:
         """The method's setting."""

@@ -8,7 +8,7 @@ from mpmbench.core.transfer import Transfer, TransferPromises
 
 @register("transfer", "flip")
 class Flip(Transfer):
-    """Fluid-implicit-particle transfer: no dissipation, some noise."""
+    """Fluid-implicit-particle transfer, Brackbill and Ruppel 1986: no dissipation, some noise."""
 
     promises: ClassVar[TransferPromises] = TransferPromises(energy=True, order=3.0)
 

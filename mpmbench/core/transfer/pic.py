@@ -8,6 +8,6 @@ from mpmbench.core.transfer import Transfer, TransferPromises
 
 @register("transfer", "pic")
 class Pic(Transfer):
-    """Particle-in-cell transfer: no noise, much dissipation."""
+    """Particle-in-cell transfer, Harlow 1964: no noise, much dissipation."""
 
     promises: ClassVar[TransferPromises] = TransferPromises(order=0.5)

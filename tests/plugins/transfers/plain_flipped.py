@@ -3,12 +3,12 @@
 import numpy as np
 
 from mpmbench import State, register
-from mpmbench.samples.apic import Apic
+from mpmbench.samples.plain_apic import PlainApic
 
 
-@register("transfer", "apic_flipped")
-class ApicFlipped(Apic):
-    """What `apic.py` does, with a mistake in `to_nodes`."""
+@register("transfer", "plain_flipped")
+class PlainFlipped(PlainApic):
+    """What `plain_apic.py` does, with a mistake in `to_nodes`."""
 
     def to_nodes(self, s: State, q: np.ndarray) -> None:
         """Subtract what should be added."""
