@@ -12,6 +12,7 @@ import numpy as np
 from benchmarks import goals, mutants, peers, reference
 from benchmarks.campaigns import campaign, overhead, program, seconds_of
 from benchmarks.compiling import compiling
+from benchmarks.family import family, transfers
 from benchmarks.functions import functions
 from benchmarks.goals import measured
 from benchmarks.implicit import implicit
@@ -168,6 +169,8 @@ SECTIONS = {
         evaluations,
         functions,
         consistent_mass,
+        family,
+        transfers,
         implicit,
         bar,
         start_up,

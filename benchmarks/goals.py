@@ -35,6 +35,7 @@ GOALS = {
     "LME in 3D, a particle": Goal(1.5, MICROSECONDS),
     "consistent over lumped step, linear": Goal(2.0, TIMES),
     "consistent over lumped step, quadratic": Goal(3.0, TIMES),
+    "apic over flip, step, quadratic": Goal(1.4, TIMES),
     "Newton iteration, implicit MPM": Goal(1.5, MILLISECONDS),
     "Newton iteration, GMM": Goal(2.5, MILLISECONDS),
     "implicit functions, LME": Goal(4.0, MILLISECONDS),

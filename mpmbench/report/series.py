@@ -30,6 +30,9 @@ METHOD_NAMES = {
     "gmm": "GMM",
     "fem": "FEM",
     "sph": "SPH",
+    "tlmpm": "TLMPM",
+    "ulmpm": "ULMPM",
+    "moving_mesh_mpm": "moving-mesh MPM",
 }
 BASIS_NAMES = {"bspline": "B-spline", "maxent": "max-ent", "lme": "LME", "mls": "MLS"}
 

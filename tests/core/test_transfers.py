@@ -13,7 +13,7 @@ from mpmbench.core import registry
 from mpmbench.core.errors import BadSetting, Diverged, NotApplicable
 from mpmbench.core.loops.explicit import Explicit
 from mpmbench.core.particles import ParticleData, particle_data
-from mpmbench.core.simulation import guard, simulate
+from mpmbench.core.simulation import guard
 from mpmbench.core.state import State
 from mpmbench.core.transfer import Transfer, find_transfer
 from tests.core.support import compose
@@ -161,34 +161,6 @@ def test_the_series_leaves_what_is_held(transfer: str) -> None:
     assert loops.steps(free, n=5).passed
     given = free.nodes.m @ free.transfer.higher_terms(free, free.nodes.v)
     assert abs(float(given[0])) < 1e-13 * free.particles.m.sum()
-
-
-def spinning(transfer: str, steps: int, dimension: int = 2) -> tuple[np.ndarray, float]:
-    """Angular momentum [kg m^2/s] of a block that spins and is sheared, over time, and its scale."""
-    case = loops.MethodCase(Explicit(transfer=transfer, mass_cutoff=0.0), dimension, "bspline")
-
-    def velocity(x: np.ndarray) -> np.ndarray:
-        v = wave(x)
-        v[:, 0] -= 2.0 * (x[:, 1] - 0.9)
-        v[:, 1] += 2.0 * (x[:, 0] - 0.9)
-        return v - v.mean(axis=0)
-
-    state = case.block(velocity)
-    p = state.particles
-    scale = float(p.m @ (np.linalg.norm(p.x, axis=1) * np.linalg.norm(p.v, axis=1)))
-    solution = simulate(state, loops.TIME_STEP, steps * loops.TIME_STEP)
-    assert solution.status == "ok", solution.reason
-    return np.array(solution.history["angular_momentum"]), scale
-
-
-@pytest.mark.parametrize("transfer", ("flip", "pic", "apic", "tpic"))
-def test_angular_momentum_with_smooth_functions(transfer: str) -> None:
-    """APIC's is exact, the affine part included; nobody else's with a lumped mass is."""
-    spin, scale = spinning(transfer, 100)
-    drift = float(np.abs(spin[1:] - spin[1]).max()) / scale
-    promised = find_transfer(transfer).promises.angular_momentum
-    assert promised == (transfer == "apic")
-    assert drift < 1e-13 if promised else drift > 1e-9, drift
 
 
 def test_the_affine_part_counts_in_the_angular_momentum() -> None:

@@ -130,7 +130,7 @@ PRESETS = [
     (method, basis)
     for method in schema.options("method")
     for basis in schema.options("basis")
-    if method != "mpm"
+    if method not in ("mpm", "ulmpm")  # which differ in the default basis only
 ]
 
 
