@@ -89,6 +89,8 @@ def _add_history(out: xr.Dataset, solution: Solution) -> None:
         ("kinetic_energy", "J"),
         ("strain_energy", "J"),
         ("dissipated_energy", "J"),
+        ("numerical_dissipation", "J"),
+        ("contact_energy", "J"),
         ("external_work", "J"),
         ("momentum", "kg m s-1", "dim"),
         ("angular_momentum", "kg m2 s-1", "axis"),
@@ -96,14 +98,22 @@ def _add_history(out: xr.Dataset, solution: Solution) -> None:
         out[name] = labelled(("time", *axes), history[name], unit, name.replace("_", " "))
     kinetic = history["kinetic_energy"]
     energy = kinetic + history["strain_energy"] + history["dissipated_energy"]
-    balance = np.abs(energy - history["external_work"] - energy[0]).max()
+    change = energy + history["contact_energy"] - history["external_work"] - energy[0]
     scale = max(energy[0], kinetic.max())
-    out["energy_drift"] = scalar(
-        balance / scale if scale > 0.0 else np.nan,
-        "1",
-        "largest |kinetic + strain + dissipated - external work - initial energy|"
-        " over max(initial energy, largest kinetic)",
-    )
+    terms = "kinetic + strain + dissipated + contact - external work - initial energy"
+    for name, left, text in (
+        ("energy_drift", change, terms),
+        (
+            "energy_imbalance",
+            change + history["numerical_dissipation"],
+            f"{terms} + numerical dissipation",
+        ),
+    ):
+        out[name] = scalar(
+            np.abs(left).max() / scale if scale > 0.0 else np.nan,
+            "1",
+            f"largest |{text}| over max(initial energy, largest kinetic)",
+        )
     drift = np.linalg.norm(history["momentum"] - history["momentum"][0], axis=1).max()
     out["momentum_drift"] = scalar(drift, "kg m s-1", "largest change of total momentum")
 

@@ -219,7 +219,10 @@ def affine_fields(case: MethodCase) -> Iterator[Finding]:
 
 @CHECKS.asks(in_plane_with_nodes)
 def energy_of_small_scales(case: MethodCase) -> Iterator[Finding]:
-    """Velocities without any order keep their energy when that is declared, and are filtered away otherwise."""
+    """Velocities without any order keep their energy when that is declared, and are filtered away otherwise.
+
+    What is filtered away is counted as numerical dissipation.
+    """
 
     def velocity(x: np.ndarray) -> np.ndarray:
         return 1e-2 * np.random.default_rng(1).standard_normal(x.shape)
@@ -232,6 +235,9 @@ def energy_of_small_scales(case: MethodCase) -> Iterator[Finding]:
     declared = "energy" in case.choices.promises.conserves
     claim = "that the energy of small scales stays"
     yield Finding.as_declared(kept > 0.5, declared, claim, f"{kept:.2g} of it is left")
+    lost = solution.history["numerical_dissipation"]
+    imbalance = (total + lost - total[0]) / total[0]
+    yield Finding.below(imbalance, 0.1, "energy that is neither there nor counted as lost")
 
 
 def plate_error(choices: TimeLoop, resolution: int) -> float:

@@ -177,6 +177,7 @@ def simulate(
             state.time_step = dt
             if solution.steps == 0:
                 begin(state, dt)
+                watch.kinetic_at_start = kinetic_energy(state.particles.m, state.particles.v)
             watch.before_step(dt)
             cpu_start = process_time()
             start = perf_counter()
@@ -291,6 +292,7 @@ class Watch:
         self.next_sample = 0.0
         self.sampled = False
         self.largest_input = 0.0
+        self.kinetic_at_start = 0.0  # of velocities that may live half a step before positions
         self.reference_energy = 0.0
         self.cells = np.full(len(state.particles.x) - state.particles.tracers, -1, dtype=np.int64)
         self.count_crossings()
@@ -330,6 +332,8 @@ class Watch:
             "kinetic_energy": kinetic,
             "strain_energy": strain,
             "dissipated_energy": dissipated_energy(s.material, p),
+            "numerical_dissipation": self.lost_in_transfers(),
+            "contact_energy": s.contact_energy,
             "external_work": s.external_work,
             "momentum": momentum,
             "angular_momentum": spin,
@@ -348,6 +352,13 @@ class Watch:
                 f"the energy has grown to {kinetic + strain:.3g} J, {ENERGY_GROWTH:g} times what "
                 f"was put in{s.choices.circumstances(s)}"
             )
+
+    def lost_in_transfers(self) -> float:
+        """Kinetic energy that nodes were given and particles have not taken [J]."""
+        s, p = self.state, self.state.particles
+        if s.kinetic_given is None:
+            return 0.0
+        return s.kinetic_given - (kinetic_energy(p.m, p.v) - self.kinetic_at_start)
 
     def snapshot(self) -> None:
         """Copy the particles."""

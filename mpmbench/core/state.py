@@ -38,6 +38,11 @@ class Nodes:
         Forces [N], and their sum.
     a, v, v_old : ndarray
         Accelerations [m/s^2], new velocities and those before the step [m/s].
+    v_last : ndarray
+        Velocities with which nodes strained the particles last [m/s]; `v_old` with what transfers
+        did since is another one.
+    new : ndarray
+        Nodes that no particle saw then, shape (N, 1) of bool.
     """
 
     m: np.ndarray
@@ -48,6 +53,8 @@ class Nodes:
     a: np.ndarray
     v: np.ndarray
     v_old: np.ndarray
+    v_last: np.ndarray
+    new: np.ndarray
 
     @property
     def arrays(self) -> NodeArrays:
@@ -56,7 +63,8 @@ class Nodes:
 
     @classmethod
     def zeros(cls, nodes: int, dimension: int) -> "Nodes":
-        return cls(np.zeros(nodes), *(np.zeros((nodes, dimension)) for _ in range(7)))
+        fields = [np.zeros((nodes, dimension)) for _ in range(8)]
+        return cls(np.zeros(nodes), *fields, new=np.ones((nodes, 1), dtype=np.bool_))  # type: ignore[misc]
 
 
 @dataclass
@@ -71,6 +79,11 @@ class State:
         Positions and stresses live at `time` [s], velocities half a step earlier.
     external_work : float
         Work of body force, traction and prescribed motion so far [J].
+    contact_energy : float
+        What contact has taken so far [J]: friction, and the motion of nodes that it stopped.
+    kinetic_given : float or None
+        Kinetic energy that nodes were given so far [J], which only a loop can tell that has
+        particles besides: what these did not take is the loss in transfers.
     time_step : float
         Size of the last step [s].
     initial_nodes : ndarray
@@ -122,6 +135,8 @@ class State:
     loads: Loads = field(default_factory=Loads)
     time: float = 0.0
     external_work: float = 0.0
+    contact_energy: float = 0.0
+    kinetic_given: float | None = None
     time_step: float = 0.0
     dead_load: np.ndarray | float = 0.0
     traction_particle: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))

@@ -67,6 +67,7 @@ class Walls:
         self.offset = np.sum(self.normal * points, axis=1)
         self.nodal_impulse = np.zeros((len(walls), nodes, dimension))
         self.moved = np.zeros((nodes, dimension))
+        self.duration = 1.0  # of the step in which an implicit loop has found these impulses [s]
         self._last = np.zeros((len(walls), nodes), dtype=bool)
         self._eigenvalue = 1.0
 
@@ -83,13 +84,19 @@ class Walls:
         distance = self.normal @ (nodes + self.moved).T - self.offset[:, None]
         return np.asarray(np.maximum(distance, 0.0))
 
+    def along(self, v: np.ndarray) -> np.ndarray:
+        """Velocities without their parts towards the walls, shape (N, dim)."""
+        for normal in self.normal:
+            v = v - np.minimum(v @ normal, 0.0)[:, None] * normal
+        return v
+
     def hold(self, s: "State", dt: float) -> float:
         """Correct the velocities of the nodes, ``s.nodes.v``, and with them the accelerations.
 
         Returns
         -------
         float
-            Work of the walls in the step [J].
+            Work of the walls on the nodes [J], whose velocities were ``nodes.v_last``.
 
         Raises
         ------
@@ -119,7 +126,7 @@ class Walls:
                 n.a += correction / dt
                 break
             touched, impulse = touched | pushed, self.nodal_impulse.copy()
-        return float(np.sum(self.nodal_impulse * n.v))
+        return 0.5 * float(np.sum(self.nodal_impulse * (n.v_last + n.v)))
 
 
 @dataclass

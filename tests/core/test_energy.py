@@ -156,6 +156,38 @@ def test_a_bar_of_metal_keeps_account_of_what_it_loses(metal: dict[str, Any]) ->
     assert float(result.energy_drift) < 0.01
 
 
+@pytest.mark.parametrize(
+    ("changes", "loses"),
+    (
+        ({"method__transfer": "pic"}, 0.5),
+        ({"method__transfer": "blend", "method__flip": 0.9}, 0.1),
+        ({"method__transfer": "pic", "method__stress_update": "musl"}, 0.5),
+    ),
+)
+def test_what_transfers_lose_is_counted(changes: dict[str, Any], loses: float) -> None:
+    """A bar that swings: energy and its loss add up, while half of it goes with PIC."""
+    result = run("bar_fixed_ends", "mpm", "bspline", resolution=16, **changes)
+    lost, start = result.numerical_dissipation.values, float(result.kinetic_energy[0])
+    assert lost[0] == 0.0 and lost[-1] > loses * start
+    assert float(result.energy_drift) > 0.9 * lost[-1] / start
+    assert float(result.energy_imbalance) < 1e-4
+    assert not result.contact_energy.any() and not result.dissipated_energy.any()
+
+
+@pytest.mark.parametrize("mass", ("lumped", "consistent"))
+def test_nodes_that_start_at_other_velocities_than_particles_take_or_give_energy(mass: str) -> None:
+    """After one step without forces the loss is ``sum_p m_p |v_p|^2 / 2`` before less after, exactly."""
+    state = MethodCase(Explicit(transfer="pic", mass=mass), 2).block(
+        lambda x: 1e-2 * np.random.default_rng(1).standard_normal(x.shape)
+    )
+    p = state.particles
+    before = 0.5 * p.m @ np.sum(p.v**2, axis=1)
+    lost = simulate(state, 1e-6, 1e-6).history["numerical_dissipation"]
+    after = 0.5 * p.m @ np.sum(p.v**2, axis=1)
+    assert lost == pytest.approx([0.0, before - after], rel=1e-6)
+    assert lost[1] > 0.3 * before
+
+
 def test_the_rate_counts_in_implicit_steps_as_in_explicit_ones() -> None:
     """A bar of a metal whose rate counts is stopped by the same strain, less than one whose rate does not."""
 

@@ -137,9 +137,14 @@ class WallContact:
         self.direction[w, on] = -moved[on] / far[on, None]
 
     def finish(self, s: "State", du: np.ndarray, residual: np.ndarray, dt: float) -> None:
-        """Note what the walls gave in the step, and its work; moving nodes that they hold come to rest there."""
+        """Note what the walls gave in the step, and its work by the trapezoidal rule.
+
+        Moving nodes that they hold come to rest there.
+        """
         reaction = self.force - residual[self.active]
-        s.walls.nodal_impulse[:] = 0.0
+        before = s.walls.nodal_impulse[:, self.active].sum(axis=0) / s.walls.duration
+        s.contact_energy -= 0.5 * float(np.sum(before * du[self.active]))
+        s.walls.nodal_impulse[:], s.walls.duration = 0.0, dt
         if s.choices.frozen:
             s.walls.moved += du
         for w, axis in enumerate(self.axis):
@@ -151,7 +156,7 @@ class WallContact:
             along = np.arange(reaction.shape[1]) != axis
             own[np.ix_(sliding, along)] = self.force[np.ix_(sliding, along)]
             s.walls.nodal_impulse[w, self.active] = dt * own
-            s.external_work += float(np.sum(own * du[self.active]))
+            s.contact_energy -= 0.5 * float(np.sum(own * du[self.active]))
             if s.choices.moving:
                 nodes = self.active[held]
                 s.nodes.v[nodes, axis], s.nodes.a[nodes, axis] = 0.0, 0.0

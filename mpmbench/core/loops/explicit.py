@@ -114,8 +114,8 @@ class Explicit(TimeLoop):
         constrain(s, dt)
         n.a[s.fixed] = 2.0 / dt * (n.v - n.v_old)[s.fixed]  # to the mean velocity of the first step
         s.mass.solve(n.f, n.a)
-        np.add(n.v_old, np.multiply(n.a, 0.5 * dt, out=n.v), out=n.v)
-        s.walls.hold(s, 0.5 * dt)
+        np.add(s.walls.along(n.v_old), np.multiply(n.a, 0.5 * dt, out=n.v), out=n.v)
+        s.walls.hold(s, 0.5 * dt)  # what hits them does so in the first step
         carry(s, -0.5 * dt, Update(True, False, False, False, flip=1.0))
         np.subtract(n.v_old, 0.5 * dt * n.a, out=n.v)
         s.transfer.start(s)
@@ -150,6 +150,7 @@ def step(s: State, dt: float) -> None:
     before = STRAIN_BEFORE[choices.stress_update]
     if before > 0.0:
         project_velocity(s)
+        strains(s, dt, before, first=True)
         update_particles(s, before * dt, strain=True)
     total_force(s)  # and mass and momentum, Eqs. 17, 20, 21
     s.transfer.to_nodes(s, n.q)
@@ -166,12 +167,17 @@ def step(s: State, dt: float) -> None:
     )  # on fixed components; the solve overwrites the rest
     s.mass.solve(n.f, n.a)  # Eqs. 22, 93
     np.add(n.v_old, np.multiply(n.a, dt, out=n.v), out=n.v)  # Eqs. 24, 51, 94
-    s.external_work += s.walls.hold(s, dt)
+    np.copyto(n.v_last, n.v_old, where=n.new)
+    by_walls = s.walls.hold(s, dt)
     s.transfer.refine(s)
-    s.external_work += dt * float(np.vdot(n.f_external, n.v)) + reaction_work(s, dt)
+    by_loads, by_reaction = dt * float(np.vdot(n.f_external, n.v)), reaction_work(s, dt)
+    s.contact_energy -= by_walls
+    s.external_work += by_loads + by_reaction
+    give(s, 0.5 * (dt * float(np.vdot(n.f, n.v_last)) + by_loads) + by_walls + by_reaction)
     loaded = p.x[s.traction_particle]
 
     if choices.stress_update == "usl":
+        strains(s, dt)
         update_particles(
             s, dt, velocity=True, strain=True, position=True
         )  # Eqs. 26-30, 52-55, 96-99, step 10
@@ -180,9 +186,11 @@ def step(s: State, dt: float) -> None:
         if choices.stress_update == "musl":
             n.v_old[:] = n.v
             project_velocity(s)
+            strains(s, dt)
             update_particles(s, dt, strain=True)
             n.v[:] = n.v_old
         elif before < 1.0:
+            strains(s, dt, 1.0 - before)
             update_particles(s, (1.0 - before) * dt, strain=True)
         update_particles(s, dt, position=True)  # Eq. 26
     s.external_work += rise_of_traction(s, dt, loaded)
@@ -191,6 +199,27 @@ def step(s: State, dt: float) -> None:
     if choices.frozen and s.loads.walls:
         s.walls.moved += dt * n.v
     s.time += dt
+
+
+def give(s: State, energy: float) -> None:
+    """Count kinetic energy [J] that nodes were given."""
+    s.kinetic_given = (s.kinetic_given or 0.0) + energy
+
+
+def strains(s: State, dt: float, share: float = 1.0, first: bool = False) -> None:
+    """Count half of the work of the stresses at the nodal velocities that now strain the particles.
+
+    They do so for a `share` of the step, `first` before its forces. The other half is that of the
+    stresses which follow: work by the trapezoidal rule, as strains store it.
+    """
+    n = s.nodes
+    give(s, 0.5 * share * dt * float(np.vdot(n.f_internal, n.v)))
+    if first and share < 1.0:
+        np.copyto(n.v_last, (1.0 - share) * n.v, where=n.new)
+        n.v_last += share * n.v
+    else:
+        np.multiply(n.v, share, out=n.v_last)
+    np.equal(n.m[:, None], 0.0, out=n.new)
 
 
 def total_force(s: State) -> None:

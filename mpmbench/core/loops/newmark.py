@@ -104,8 +104,12 @@ class Newmark(ImplicitLoop):
         n.a[:] = inertia.coefficient * du + start
         n.v[:] = n.v_old + dt * ((1.0 - velocity) * a_old + velocity * n.a)  # Eq. 43
         leave_out(w, n.v, n.a)
+        given = -kinetic_energy(s, w, n.v_old)
         if equations.contact is not None:
+            moving = kinetic_energy(s, w, n.v)
             equations.contact.finish(s, du, residual, dt)
+            s.contact_energy += moving - kinetic_energy(s, w, n.v)
+        s.kinetic_given = (s.kinetic_given or 0.0) + given + kinetic_energy(s, w, n.v)
         if self.moving:
             assembly.interpolate(w.phi, n.v, p.v)
             assembly.interpolate(w.phi, n.a, p.a)
@@ -128,6 +132,15 @@ def mass_blocks(s: State, w: Workspace, mass: str) -> np.ndarray:
     else:
         blocks[w.pattern.diagonal] = s.nodes.m[w.pattern.active]
     return blocks
+
+
+def kinetic_energy(s: State, w: Workspace, v: np.ndarray) -> float:
+    """``v . M v / 2`` of nodal velocities, shape (N, dim), with the mass of the method [J]."""
+    if s.choices.mass == "lumped":
+        return 0.5 * float(s.nodes.m @ np.sum(v * v, axis=1))
+    carried = np.zeros_like(s.particles.v)
+    assembly.interpolate(w.phi, v, carried)
+    return 0.5 * float(s.particles.m @ np.sum(carried * carried, axis=1))
 
 
 def projected(s: State, w: Workspace, u: np.ndarray) -> np.ndarray:
