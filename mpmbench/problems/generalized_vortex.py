@@ -27,6 +27,7 @@ from mpmbench.core.geometry import Geometry
 from mpmbench.core.geometry.rings import ring_cloud, ring_grid, seed_ring
 from mpmbench.core.materials import Material
 from mpmbench.core.materials.elastic.neo_hookean import NeoHookean
+from mpmbench.core.particles import per_axis
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
@@ -35,7 +36,7 @@ from mpmbench.problems import Fields, Problem
 
 INNER, OUTER = 0.75, 1.25  # [m]
 HALF = 1.5  # [m] of the square grid
-COURANT = 0.2  # over the largest stretch, which waves run along
+COURANT, IMPLICIT = 0.2, 1.0  # over the largest stretch, which waves run along
 SPIN = 1.720395977  # 2 pi int R^3 h dR [m^4]: angular momentum over rho g_t
 KINETIC, STRAIN = 0.649171815, 32.5528839  # pi int R^3 h^2 dR [m^4], pi int R^3 h'^2 dR [m^2]
 SHEAR = 7.066  # R h' at R = 1.150 m: the largest shear for A = 1
@@ -79,7 +80,8 @@ class GeneralizedVortex(Problem):
         return ring_grid(HALF, OUTER, INNER, resolution)
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
-        return seed_ring(INNER, OUTER, resolution, particles_per_cell, self.seeding)
+        circles = resolution * per_axis(particles_per_cell, 2)
+        return seed_ring(INNER, OUTER, circles, self.seeding)
 
     # initial condition and load
 
@@ -105,13 +107,14 @@ class GeneralizedVortex(Problem):
         return Loads(body_force=force)
 
     def adaptive_step(self, state: State) -> Callable[[State], float] | None:
-        """One step for all: a whole part of T/2, at most 0.2 h over the wave speed times the largest stretch."""
+        """One step for all: a whole part of T/2, at most 0.2 h (implicit: h) over wave speed times the largest stretch."""
         assert state.geometry is not None
         lame, shear = state.material.lame_parameters()
         wave = math.sqrt((lame + 2.0 * shear) / state.material.density)
         slide = 0.5 * SHEAR * self.amplitude
         stretch = slide + math.hypot(1.0, slide)
-        bound = COURANT * state.geometry.nodal_spacing / (wave * stretch)
+        courant = IMPLICIT if state.choices.implicit else COURANT
+        bound = courant * state.geometry.nodal_spacing / (wave * stretch)
         half = 0.5 * self.period
         step = half / math.ceil(half / bound)
         return lambda _: step

@@ -7,13 +7,12 @@ import numpy as np
 
 from mpmbench.core.errors import require_option
 from mpmbench.core.geometry import Box, Cloud
-from mpmbench.core.particles import per_axis
 
 SEEDINGS = ("polar", "cartesian")
 
 
 def seed_ring(
-    inner: float, outer: float, cells: int, particles_per_cell: int, seeding: str
+    inner: float, outer: float, circles: int, seeding: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Particles of a ring: on concentric circles, or those of a lattice whose middles are in the ring.
 
@@ -21,10 +20,8 @@ def seed_ring(
     ----------
     inner, outer : float
         Radii [m].
-    cells : int
+    circles : int
         Across the ring; a lattice has the same spacing.
-    particles_per_cell : int
-        A square number.
     seeding : {"polar", "cartesian"}
         The volumes of circles are parts of that of the ring and add up to it exactly. The rim of a
         lattice is a stair-case.
@@ -37,7 +34,7 @@ def seed_ring(
         Volumes [m^2], shape (P,).
     """
     require_option("seeding", seeding, SEEDINGS)
-    spacing = (outer - inner) / (cells * per_axis(particles_per_cell, 2))
+    spacing = (outer - inner) / circles
     if seeding == "cartesian":
         along = math.ceil(outer / spacing)
         places = (np.arange(-along, along) + 0.5) * spacing
@@ -45,7 +42,7 @@ def seed_ring(
         radius = np.hypot(*X.T)
         X = X[(radius > inner) & (radius < outer)]
         return X, np.full(len(X), spacing**2)
-    edges = np.linspace(inner, outer, cells * per_axis(particles_per_cell, 2) + 1)
+    edges = np.linspace(inner, outer, circles + 1)
     parts, volumes = [], []
     for r1, r2 in itertools.pairwise(edges):
         count = max(1, round(math.pi * (r1 + r2) / spacing))
