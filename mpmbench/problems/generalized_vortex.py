@@ -107,7 +107,7 @@ class GeneralizedVortex(Problem):
         return Loads(body_force=force)
 
     def adaptive_step(self, state: State) -> Callable[[State], float] | None:
-        """One step for all: a whole part of T/2, at most 0.2 h (implicit: h) over wave speed times the largest stretch."""
+        """A whole part of T/2, at most 0.2 h (implicit: h) over the wave speed times the largest stretch."""
         assert state.geometry is not None
         lame, shear = state.material.lame_parameters()
         wave = math.sqrt((lame + 2.0 * shear) / state.material.density)
