@@ -100,6 +100,7 @@ def build_state(body: Body, basis: BasisSettings, material: Material, choices: T
     p.keep(particle_data(find_transfer(choices.transfer), basis, material))
     deformed = body.displacement is not None and (choices.moving or choices.frozen)
     complete(type(basis), BasisSettings)
+    basis = basis.suited_to(choices)
     functions = basis.build(
         body.geometry, len(p.x), (choices.moving and not choices.frozen) or deformed
     )

@@ -32,6 +32,12 @@ SECTORS = 8  # of the rings of nodes, so that symmetry planes cut no cell
 ROOM = 1.75  # radii beside the rod that its foot spreads to, on a grid
 ABOVE = 2  # cells of grid above the rod
 COURANT = 0.3  # over the shortest cell, in times of the elastic wave
+SLICE = 0.5  # radii, in which the section is measured at the end
+SHARES = (
+    ("kinetic", "kinetic_energy", "kinetic energy at the end"),
+    ("contact", "contact_energy", "energy that the wall has taken"),
+    ("transfer", "numerical_dissipation", "energy that transfers have lost"),
+)
 LOOKS = 10  # steps between two searches for the shortest cell
 
 
@@ -80,13 +86,15 @@ class TaylorAnvil(Problem):
         return extruded(Cloud(nodes, triangles, spacing=h), levels)
 
     def nodes(self, resolution: int, choices: Choices) -> Geometry:
-        if choices.on_body:
+        if choices.moving:
             return self._rod(resolution)
+        # a grid that stays in the undeformed rod has no need of room
+        room, above = (0.0, 0) if choices.frozen else (ROOM, ABOVE)
         h = self.radius / resolution
-        across = resolution + int(np.ceil(ROOM * resolution))
+        across = resolution + int(np.ceil(room * resolution))
         back = 0 if self.model == "quarter" else -across
-        up = round(self.length / h) + ABOVE
-        top = self.length / (up - ABOVE) * up
+        up = round(self.length / h) + above
+        top = self.length / (up - above) * up
         lower, upper = (0.0, back * h, back * h), (top, across * h, across * h)
         return Box(lower, upper, (up, across - back, across - back))
 
@@ -123,7 +131,7 @@ class TaylorAnvil(Problem):
 
         def step(s: State) -> float:
             nonlocal counted, shortest
-            if counted % LOOKS == 0 and s.choices.moving:
+            if counted % LOOKS == 0 and s.choices.on_body:
                 shortest = smallest_stretch(s.particles.F[s.particles.material])
             counted += 1
             return COURANT * h * shortest / (wave + self.speed)
@@ -131,6 +139,13 @@ class TaylorAnvil(Problem):
         return step
 
     # quantities of interest
+
+    def _radius_at(self, height: float, x: np.ndarray, V: np.ndarray) -> float:
+        """Radius [m] of the circle with the mean section of a slice, `SLICE` radii thick."""
+        inside = np.abs(x[:, 0] - height) < 0.5 * SLICE * self.radius
+        section = V[inside].sum() / (SLICE * self.radius)
+        turns = 0.25 if self.model == "quarter" else 1.0
+        return float(np.sqrt(section / (turns * np.pi)))
 
     def observe(self, state: State) -> dict[str, Any]:
         """Length on the axis, radius at the rim of the foot and of the outermost particle [m], wall force [N]."""
@@ -149,7 +164,21 @@ class TaylorAnvil(Problem):
         last = solution.snapshots[-1]
         solid = slice(0, len(last["x"]) - len(self.tracers()))
         fields = {name: field[0][solid] for name, field in derived_fields(material, last).items()}
+        start = series["kinetic_energy"][0]
         out: dict[str, tuple[Any, str, str]] = {
+            **{
+                f"{name}_share": (
+                    float(series[full][-1] / start),
+                    "1",
+                    f"{text} over that of impact",
+                )
+                for name, full, text in SHARES
+            },
+            "radius_fifth": (
+                self._radius_at(0.2 * self.length, last["x"][solid], last["V"][solid]),
+                "m",
+                "radius at a fifth of the rod's length above the wall, by the volume in a slice",
+            ),
             "length": (series["length"][-1], "m", "length of the rod on its axis at the end"),
             "radius_nodes": (series["radius_nodes"][-1], "m", "radius of the foot at its rim"),
             "radius_points": (series["radius_points"][-1], "m", "that of the outermost particle"),

@@ -58,6 +58,10 @@ def test_a_coarse_rod_comes_out_as_long_as_published() -> None:
     assert 2.0 < float(found.plastic_strain_max) < 3.4
     assert float(found.kinetic_energy[-1]) < 1e-2 * float(found.kinetic_energy[0])
     assert float(found.length_history[0]) == 32.4e-3
+    assert float(found.kinetic_share) == pytest.approx(
+        float(found.kinetic_energy[-1] / found.kinetic_energy[0])
+    )
+    assert 3.2e-3 < float(found.radius_fifth) < float(found.radius_points)
     # transfers and the wall take what is missing
     assert float(found.energy_drift) > 0.03 and float(found.energy_imbalance) < 0.005
     first_layer = 0.025  # half a cell of twenty, in an elastic wave that it sends ahead
@@ -84,3 +88,13 @@ def test_the_rod_rebounds() -> None:
     assert solution.status == "ok"
     assert float(s.particles.m @ s.particles.v[:, 0]) > 0.8 * 10.0 * s.particles.m.sum()
     assert not s.walls.nodal_impulse.any()
+
+
+@pytest.mark.parametrize("model", ("quarter", "full"))
+def test_the_section_of_the_undeformed_rod(model: str) -> None:
+    """A polygon of 32 sides has a little less than the circle around it."""
+    problem = PROBLEM(model=model)
+    sides = 0.5 * 32 / np.pi * np.sin(2.0 * np.pi / 32)
+    assert problem._radius_at(0.5 * problem.length, *problem.seed(4, 3)) == pytest.approx(
+        problem.radius * np.sqrt(sides), rel=0.02
+    )

@@ -166,6 +166,10 @@ class BasisSettings(Settings):
         it did not touch them at the start.
         """
 
+    def suited_to(self, choices: Choices) -> "BasisSettings":
+        """These settings where they mean something for a method, and what holds in their place."""
+        return self
+
     def build(self, geometry: Geometry, particles: int, moving: bool) -> Basis:
         """The basis on `geometry` for so many particles; `moving` when its nodes will move."""
         raise NotImplementedError

@@ -1,16 +1,16 @@
-"""Li 2009, chapters 2 to 4: local max-ent functions, the isothermal shock, and stability of OTM."""
+"""Li 2009, chapters 2 to 5.1: local max-ent functions, isothermal shock, stability of OTM, Taylor's rod."""
 
 from mpmbench.papers.kit import Paper
-from mpmbench.papers.li2009 import bar, claims, entropy, functions, locality, shock, space
+from mpmbench.papers.li2009 import bar, claims, entropy, functions, locality, shock, space, taylor
 
 PAPER = Paper(
     name="li2009",
-    title="Li 2009: the optimal transportation method in solid mechanics, chapters 2 to 4",
+    title="Li 2009: the optimal transportation method in solid mechanics, chapters 2 to 5.1",
     reference="B. Li, The Optimal Transportation Method in Solid Mechanics, PhD thesis, California Institute of "
     "Technology, Pasadena, 2009.",
-    summary="The isothermal shock, the elastic bar and the shape functions of the thesis, with its parameters where it "
-    "gives them; explicit linear finite elements, the other methods of this program, SPH with an "
-    "Eulerian kernel and nodal integration stand beside OTM. Errors of the shock are those of Eq. "
+    summary="Shape functions, the isothermal shock, the elastic bar and Taylor's rod of the thesis, with "
+    "its parameters where it gives them; explicit linear finite elements, the other methods of this program, SPH "
+    "with an Eulerian kernel and nodal integration stand beside OTM. Errors of the shock are those of Eq. "
     "4.27: the largest over time.",
     chapters=(
         entropy.maxent_chapter,
@@ -29,6 +29,9 @@ PAPER = Paper(
         locality.locality_chapter,
         bar.energy_chapter,
         bar.stability_chapter,
+        taylor.taylor_chapter,
+        taylor.methods_chapter,
+        taylor.copper_chapter,
     ),
     claims=tuple(claims.claim),
     set_ups=claims.SET_UPS,

@@ -1,7 +1,7 @@
 """Local maximum-entropy functions with a Gaussian (Arroyo and Ortiz 2006; Li 2009, section 2.3)."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -67,7 +67,7 @@ class LocalMaxEnt(EntropySettings):
     line_search: bool = setting(True, "safeguard Newton's method")
     locality: str = setting(
         "fixed",
-        "plain distances; h follows J^(1/dim); or distances before deformation",
+        "plain distances, as of nodes that stay; h follows J^(1/dim); or distances before deformation",
         options=("fixed", "volume", "convected"),
     )
     stretch_limit: float = setting(
@@ -101,6 +101,11 @@ class LocalMaxEnt(EntropySettings):
                 "basis.gradient=consistent needs nodes that move with the material and updated "
                 "shape functions"
             )
+
+    def suited_to(self, choices: Choices) -> "LocalMaxEnt":
+        """Nodes that stay while particles pass have plain distances: they follow no deformation."""
+        follows = choices.on_body or not choices.moves_particles
+        return self if follows else replace(self, locality="fixed")
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> EntropyBasis | CloudBasis:
         h = self.spacing or geometry.nodal_spacing
