@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection
 from matplotlib.colors import Colormap
 
-FARTHEST = 0.45  # brightness of the particle that is farthest away; the nearest has 1
+FARTHEST = 0.6  # brightness of the particle that is farthest away; the nearest has 1
 OVERLAP = 1.25  # diameter of a dot over the edge of a cube with the particle's volume
 
 
@@ -87,7 +87,8 @@ def draw(
         offsets=place[:, :2],
         offset_transform=axes.transData,
         facecolors=colours,
-        edgecolors="none",
+        edgecolors=colours * (0.75, 0.75, 0.75, 1.0),
+        linewidths=0.15,
         rasterized=True,
     )
     dots.set(cmap=cmap, clim=limits)

@@ -98,3 +98,16 @@ def test_the_section_of_the_undeformed_rod(model: str) -> None:
     assert problem._radius_at(0.5 * problem.length, *problem.seed(4, 3)) == pytest.approx(
         problem.radius * np.sqrt(sides), rel=0.02
     )
+
+
+@pytest.mark.parametrize(
+    ("method", "basis", "shorter"), (("tlmpm", "bspline", 0.5), ("mpm", "bspline", 1.0))
+)
+def test_steps_follow_what_is_compressed(method: str, basis: str, shorter: float) -> None:
+    """Functions that go with the body get as narrow as it does, also on a grid that stays in the undeformed rod."""
+    s = case.build(case.read(compose("taylor_anvil", method, basis, resolution=2)))
+    before = PROBLEM().adaptive_step(s)(s)
+    s.particles.F[:] *= 0.5
+    assert PROBLEM().adaptive_step(s)(s) == pytest.approx(shorter * before)
+    inside = np.array([PROBLEM.length, PROBLEM.radius, PROBLEM.radius])
+    assert np.allclose(s.basis.nodes.max(axis=0), inside) == (method == "tlmpm")

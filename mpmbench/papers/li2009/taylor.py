@@ -38,7 +38,7 @@ SCALES = (1e3, 1e3, 1e3, 1.0, 1e-6)
 ENERGIES = ("kinetic_share", "contact_share", "transfer_share", "energy_imbalance")
 INSTANTS = (20e-6, 40e-6, 80e-6)  # of Figs. 5.3 to 5.5 [s]
 FIELDS: dict[str, tuple[str, str, float, tuple[float, float]]] = {
-    "plastic_strain": ("Fig. 5.4", "effective plastic strain", 1.0, (0.0, 2.5)),
+    "plastic_strain": ("Fig. 5.4", "effective plastic strain", 1.0, (0.0, 3.0)),
     "von_mises": ("Fig. 5.5", "von Mises stress [MPa]", 1e-6, (0.0, 600.0)),
 }
 # Johnson and Cook (1983), from memory: length, diameter at the foot and at a fifth of the length.
@@ -118,6 +118,12 @@ def _pictures(page: Chapter, campaigns: Campaigns, match: dict[str, Any]) -> Non
     for axis, shot in zip(axes[0], shots, strict=True):
         dots = cut_open(axis, found, shot, FIELDS["plastic_strain"])
         axis.set_title(rf"{1e6 * found['snapshot_time'][shot]:.0f} $\mu$s", pad=3)
+    across = max(abs(end) for axis in axes[0] for end in axis.get_xlim())
+    lowest, highest = (
+        pick(axis.get_ylim()[end] for axis in axes[0]) for end, pick in ((0, min), (1, max))
+    )
+    for axis in axes[0]:  # on one scale
+        axis.set(xlim=(-across, across), ylim=(lowest, highest))
     figure.colorbar(dots, ax=list(axes[0]), label="effective plastic strain", shrink=0.7)
     caption = (
         f"OTM, {cells} cells along the radius: every particle, the front quarter left out, the other "
