@@ -1,7 +1,17 @@
 """Li 2009, chapters 2 to 5.1: local max-ent functions, isothermal shock, stability of OTM, Taylor's rod."""
 
 from mpmbench.papers.kit import Paper
-from mpmbench.papers.li2009 import bar, claims, entropy, functions, locality, shock, space, taylor
+from mpmbench.papers.li2009 import (
+    bar,
+    claims,
+    entropy,
+    functions,
+    inelastic,
+    locality,
+    shock,
+    space,
+    taylor,
+)
 
 PAPER = Paper(
     name="li2009",
@@ -18,6 +28,7 @@ PAPER = Paper(
         functions.table_chapter,
         functions.boundary_chapter,
         functions.gamma_chapter,
+        inelastic.inelastic_chapter,
         shock.exact_chapter,
         shock.convergence_chapter,
         shock.irregular_chapter,
