@@ -16,7 +16,7 @@ from mpmbench.core.registry import register
 
 # where the default is a special case (MLS with this radius is the linear basis in 1D), the general
 # one
-GENERAL: dict[str, dict] = {"mls": {"relative_radius": 2.3}}
+GENERAL: dict[str, dict] = {"mls": {"relative_radius": 2.3}, "rkpm": {"relative_radius": 2.3}}
 CASES = [  # each dimension and kind of nodes is compiled anew from the same text
     pytest.param(case, marks=pytest.mark.slow) if case.dimension == 3 and case.moved else case
     for name in registry.names("basis")
@@ -34,6 +34,15 @@ CASES += [  # with the products of two coordinates; in 1D there are none
     case
     for case in bases.cases("mls", {"mixed_terms": True, "relative_radius": 2.3})
     if case.dimension == 2
+]
+CASES += [  # in 1D of order 0 too; the others are compiled anew and slow
+    pytest.param(case, marks=pytest.mark.slow)
+    if case.dimension > 1 or case.settings["order"]
+    else case
+    for case in (
+        *bases.cases("rkpm", {"order": 0}, linear_completeness=False, non_negative=True),
+        *bases.cases("rkpm", {"order": 2, "relative_radius": 3.0}),
+    )
 ]
 CASES += [
     case

@@ -105,16 +105,7 @@ class MovingLeastSquares(BasisSettings):
                 f"basis.mixed_terms=true with basis.degree={self.degree}: these polynomials have the "
                 "products of two coordinates already: leave it out"
             )
-        if (
-            not touches_fixed_nodes
-            and choices.dirichlet == "direct"
-            and self.relative_radius > DIRECT_RADIUS
-        ):
-            raise NotApplicable(
-                f"basis.relative_radius={self.relative_radius:g} with method.dirichlet=direct: mls "
-                "does not interpolate, so nodes can be held directly up to sqrt(2) only: use "
-                "method.dirichlet=multipliers"
-            )
+        refuse_direct_constraints("mls", self.relative_radius, choices, touches_fixed_nodes)
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> CloudBasis:
         h = self.spacing or geometry.nodal_spacing
@@ -130,6 +121,22 @@ class MovingLeastSquares(BasisSettings):
         least = max(self.minimum_nodes, polynomials)
         fill = partial(fill_points, recipe)
         return CloudBasis(geometry.points, particles, radius, least, fill, moving)
+
+
+def refuse_direct_constraints(
+    name: str, relative_radius: float, choices: Choices, touches_fixed_nodes: bool
+) -> None:
+    """Raise `NotApplicable` where single nodes would be held though functions of others do not vanish there."""
+    if (
+        not touches_fixed_nodes
+        and choices.dirichlet == "direct"
+        and relative_radius > DIRECT_RADIUS
+    ):
+        raise NotApplicable(
+            f"basis.relative_radius={relative_radius:g} with method.dirichlet=direct: {name} "
+            "does not interpolate, so nodes can be held directly up to sqrt(2) only: use "
+            "method.dirichlet=multipliers"
+        )
 
 
 @inlined
@@ -304,5 +311,6 @@ def evaluate(recipe, clouds, points, strict, work, stored, failed):
 def fill_points(recipe, clouds, points, strict, stored, failed):
     """The same, in the shape of `Fill`."""
     width = whole_lanes(stored.index.shape[1])
-    room = np.zeros((len(recipe.terms), width)), np.zeros(width), np.zeros(width), np.zeros(width)
+    rows = max(len(recipe.terms), 1 + len(recipe.axes))  # slopes need the coordinates in any case
+    room = np.zeros((rows, width)), np.zeros(width), np.zeros(width), np.zeros(width)
     evaluate(recipe, clouds, points, strict, Work(*room), stored, failed)
