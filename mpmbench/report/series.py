@@ -28,13 +28,20 @@ METHOD_NAMES = {
     "otm": "OTM",
     "implicit_mpm": "implicit MPM",
     "gmm": "GMM",
+    "efg": "EFG",
     "fem": "FEM",
     "sph": "SPH",
     "tlmpm": "TLMPM",
     "ulmpm": "ULMPM",
     "moving_mesh_mpm": "moving-mesh MPM",
 }
-BASIS_NAMES = {"bspline": "B-spline", "maxent": "max-ent", "lme": "LME", "mls": "MLS"}
+BASIS_NAMES = {
+    "bspline": "B-spline",
+    "maxent": "max-ent",
+    "lme": "LME",
+    "mls": "MLS",
+    "rkpm": "RKPM",
+}
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mpmbench.core.compiled import answers_by_default, compiled, implements, matrix, vector
+from mpmbench.core.compiled.algebra import divide_by
 from mpmbench.core.compiled.rows import LANES, add_multiple, fill_row
+
+# Of the largest (x_i - x)^2: directions in which D is less have no affine part that nodes could see.
+FLAT = 1e-10
 
 
 @answers_by_default
@@ -128,6 +132,61 @@ def interpolate(phi, at, start, n, work, nodes, fields):
             fields[d, b], fields[dim + d, b] = sums[0, d], sums[0, dim + d]
             for e in range(dim):
                 fields[(2 + d) * dim + e, b] = sums[1 + e, d]
+
+
+@answers_by_default
+def take_affine(phi, at, start, n, work, nodes, places, v_i, fields):
+    """Write ``sum_i phi_i v_i (x) (x_i - x)`` at n points of a batch from `start` on to rows ``d dim + e`` of `fields`.
+
+    The points, all `at` one place, lie among the `nodes`, shape (N, dim), where the rows of `places` say.
+    """
+    dim = len(phi.axes)
+    grad_phi = vector(phi.axes)
+    for b in range(start, start + n):
+        for r in range(dim * dim):
+            fields[r, b] = 0.0
+        for k in range(count(phi, at)):
+            phi_i = value(phi, at, k, work, grad_phi)
+            i = index(phi, at, k)
+            for e in range(dim):
+                moment = phi_i * (nodes[i, e] - places[e, b])
+                for d in range(dim):
+                    fields[d * dim + e, b] += v_i[i, d] * moment
+
+
+@answers_by_default
+def spread_affine(phi, at, start, n, work, nodes, places, moments, lanes, columns, sums, touched):
+    """Add ``phi_i A (x_i - x)`` of n points, as in `take_affine`, to the first columns of `sums`, shape (N, lanes).
+
+    A, row ``d dim + e`` of `columns`, is first multiplied by ``D^-1`` from the right if it is one of
+    `moments`, with ``D = sum_i phi_i (x_i - x) (x) (x_i - x)``; `touched` is widened as in `spread`.
+    """
+    dim = len(phi.axes)
+    grad_phi, arm = vector(phi.axes), vector(phi.axes)
+    A, D = matrix(phi.axes, phi.axes), matrix(phi.axes, phi.axes)
+    for b in range(start, start + n):
+        for d in range(dim):
+            for e in range(dim):
+                A[d, e], D[d, e] = columns[d * dim + e, b], 0.0
+        if moments:
+            farthest = 0.0
+            for k in range(count(phi, at)):
+                phi_i = value(phi, at, k, work, grad_phi)
+                i = index(phi, at, k)
+                for d in range(dim):
+                    arm[d] = nodes[i, d] - places[d, b]
+                    farthest = max(farthest, arm[d] * arm[d])
+                for d in range(dim):
+                    for e in range(d + 1):
+                        D[d, e] += phi_i * arm[d] * arm[e]
+            divide_by(phi.axes, D, FLAT * farthest, A)
+        for k in range(count(phi, at)):
+            phi_i = value(phi, at, k, work, grad_phi)
+            i = index(phi, at, k)
+            for d in range(dim):
+                for e in range(dim):
+                    sums[i, d] += phi_i * A[d, e] * (nodes[i, e] - places[e, b])
+            touched[0], touched[1] = min(touched[0], i), max(touched[1], i + 1)
 
 
 @answers_by_default

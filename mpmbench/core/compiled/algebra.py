@@ -73,3 +73,28 @@ def transform_rows(axes, A, p, M, B):
             for e in range(len(axes)):
                 total += A[p, k, e] * M[e, d]
             B[p, k, d] = total
+
+
+@inlined
+def divide_by(axes, D, least, B):
+    """``B D^-1`` in place for a symmetric D, whose lower half is overwritten by ``L^-1`` and pivots.
+
+    ``D = L diag(pivot) L^T``; directions with a pivot of `least` or less are left out.
+    """
+    for j in range(len(axes)):
+        for k in range(j):
+            D[j, j] -= D[j, k] * D[j, k] * D[k, k]
+        pivot = D[j, j]
+        for i in range(j + 1, len(axes)):
+            for k in range(j):
+                D[i, j] -= D[i, k] * D[j, k] * D[k, k]
+            D[i, j] = D[i, j] / pivot if pivot > least else 0.0
+    for row in range(len(axes)):
+        for j in range(len(axes)):
+            for k in range(j):
+                B[row, j] -= D[j, k] * B[row, k]
+        for j in range(len(axes)):
+            B[row, j] = B[row, j] / D[j, j] if D[j, j] > least else 0.0
+        for j in range(len(axes) - 1, -1, -1):
+            for k in range(j + 1, len(axes)):
+                B[row, j] -= D[k, j] * B[row, k]

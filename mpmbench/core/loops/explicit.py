@@ -170,6 +170,7 @@ def step(s: State, dt: float) -> None:
     np.copyto(n.v_last, n.v_old, where=n.new)
     by_walls = s.walls.hold(s, dt)
     s.transfer.refine(s)
+    s.transfer.take(s)
     by_loads, by_reaction = dt * float(np.vdot(n.f_external, n.v)), reaction_work(s, dt)
     s.contact_energy -= by_walls
     s.external_work += by_loads + by_reaction

@@ -83,6 +83,9 @@ class Transfer:
     def refine(self, s: "State") -> None:
         """Change ``nodes.v``, all constraints included, before the particles take anything from it."""
 
+    def take(self, s: "State") -> None:
+        """Take what particles carry besides their velocity from ``nodes.v``, before they move."""
+
     def to_particles(self, s: "State", dt: float) -> None:
         """Take more from ``nodes.v`` and ``nodes.a``, at the old places of the particles.
 

@@ -16,16 +16,24 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from mpmbench.core.bases.frozen import FrozenBasis
-from mpmbench.core.bases.handle import count, index, locate, scratch, value
-from mpmbench.core.compiled import inlined, lean, matrix, threads, vector
+from mpmbench.core.bases.handle import locate_batch, room, spread_affine, take_affine
+from mpmbench.core.compiled import lean, matrix, table, threads, vector
+from mpmbench.core.compiled.rows import (
+    BATCH,
+    GROUPS,
+    LANES,
+    groups,
+    lanes_for,
+    put,
+    set_product,
+    take,
+)
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.transfer import Transfer
+from mpmbench.core.transfer.carry import alike, squared, velocity_gradients
 
 if TYPE_CHECKING:
     from mpmbench.core.state import State
-
-# Of the largest r_ip^2: directions in which D_p is less have no affine part that nodes could see.
-FLAT = 1e-10
 
 
 class Affine(Transfer):
@@ -39,23 +47,39 @@ class Affine(Transfer):
             raise NotApplicable(f"method.transfer={choices.transfer} needs method.mass=lumped")
 
     def start(self, s: "State") -> None:
-        """Take the affine part of the initial field."""
-        self.to_particles(s, 0.0)
+        """Allocate sums, and take the affine part of the initial field."""
+        if s.room is None:
+            nodes, dim = s.nodes.v.shape
+            lanes, particles = lanes_for(dim + 1), len(s.particles.x)
+            parts = threads.apart(particles, nodes, len(lanes))
+            s.room = lanes, parts, threads.apart(particles, 2, dtype=np.int64)
+        self.take(s)
 
     def to_nodes(self, s: "State", q: np.ndarray) -> None:
         """Add ``sum_p m_p phi_i C_p r_ip``."""
-        p, basis = s.particles, s.basis
-        affine = p.data["affine"]
-        add_affine(basis.handle, p.x, places(s), basis.nodes, p.m, affine, self.keeps_moments(s), q)
+        p, phi, nodes = s.particles, s.basis.handle, s.basis.nodes
+        affine, among, moments = p.data["affine"], places(s), self.keeps_moments(s)
+        lanes, parts, touched = s.room
 
-    def to_particles(self, s: "State", dt: float) -> None:
+        def add(c: int, *part: int) -> None:
+            own = parts[c], touched[c], *part
+            affine_to_nodes(phi, lanes, p.x, among, nodes, p.m, affine, moments, *own)
+
+        threads.run(add, len(p.x))
+        collect(s.axes, parts, touched, q)
+
+    def take(self, s: "State") -> None:
         """Take B_p, or C_p from the gradients of the functions."""
         p, phi, nodes, v = s.particles, s.basis.handle, s.basis.nodes, s.nodes.v
-        affine, among, moments = p.data["affine"], places(s), self.keeps_moments(s)
-        threads.run(
-            lambda c, *part: take_affine(phi, p.x, among, nodes, v, moments, affine, *part),
-            len(p.x),
-        )
+        affine, among = p.data["affine"], places(s)
+
+        def moments(c: int, *part: int) -> None:
+            affine_to_particles(phi, p.x, among, nodes, v, affine, *part)
+
+        def gradients(c: int, start: int, stop: int) -> None:
+            velocity_gradients(phi, p.x, v, affine, start, stop)
+
+        threads.run(moments if self.keeps_moments(s) else gradients, len(p.x))
 
     def keeps_moments(self, s: "State") -> bool:
         """Whether `affine` is B_p, and not C_p."""
@@ -68,79 +92,60 @@ def places(s: "State") -> np.ndarray:
 
 
 @lean
-def take_affine(phi, x, among, nodes, v_i, moments, affine, start, stop):
-    """Write ``sum_i phi_i v_i (x) r_ip`` or ``sum_i v_i (x) grad phi_i`` of the particles start to stop."""
-    work, arm = scratch(phi), vector(phi.axes)
-    for p in range(start, stop):
-        at = locate(phi, x, p, work)
-        affine[p] = 0.0
-        for k in range(count(phi, at)):
-            phi_i = value(phi, at, k, work, arm)
-            i = index(phi, at, k)
-            for e in range(len(phi.axes)):
-                if moments:
-                    arm[e] = phi_i * (nodes[i, e] - among[p, e])
-                for d in range(len(phi.axes)):
-                    affine[p, d, e] += v_i[i, d] * arm[e]
+def affine_to_particles(phi, x, among, nodes, v_i, affine, start, stop):
+    """Write ``sum_i phi_i v_i (x) r_ip`` of the particles start to stop."""
+    axes = phi.axes
+    work, fields, places = room(phi), table(axes, axes, BATCH), matrix(axes, BATCH)
+    at = vector(BATCH).view(np.int64)
+    first = start
+    while first < stop:
+        n = locate_batch(phi, x, first, min(len(BATCH), stop - first), at, work)
+        take(axes, places, 0, among, first, n)
+        b = 0
+        while b < n:
+            same = alike(at, b, n)
+            take_affine(phi, at[b], b, same, work, nodes, places, v_i, fields)
+            b += same
+        put(squared(axes), fields, 0, affine, first, n)
+        first += n
 
 
 @lean
-def add_affine(phi, x, among, nodes, m, affine, moments, q_i):
-    """Add ``sum_p m_p phi_i C_p r_ip`` to the momentum, shape (N, dim)."""
-    work, grad_phi, arm = scratch(phi), vector(phi.axes), vector(phi.axes)
-    C, D = matrix(phi.axes, phi.axes), matrix(phi.axes, phi.axes)
-    for p in range(x.shape[0]):
-        if m[p] == 0.0:
-            continue
-        at = locate(phi, x, p, work)
-        for d in range(len(phi.axes)):
-            for e in range(len(phi.axes)):
-                C[d, e], D[d, e] = affine[p, d, e], 0.0
-        if moments:
-            farthest = 0.0
-            for k in range(count(phi, at)):
-                phi_i = value(phi, at, k, work, grad_phi)
-                i = index(phi, at, k)
-                for d in range(len(phi.axes)):
-                    arm[d] = nodes[i, d] - among[p, d]
-                    farthest = max(farthest, arm[d] * arm[d])
-                for d in range(len(phi.axes)):
-                    for e in range(d + 1):
-                        D[d, e] += phi_i * arm[d] * arm[e]
-            divide_by(phi.axes, D, FLAT * farthest, C)
-        for k in range(count(phi, at)):
-            phi_i = value(phi, at, k, work, grad_phi)
-            i = index(phi, at, k)
-            for d in range(len(phi.axes)):
-                field = 0.0
-                for e in range(len(phi.axes)):
-                    field += C[d, e] * (nodes[i, e] - among[p, e])
-                q_i[i, d] += m[p] * phi_i * field
+def affine_to_nodes(phi, lanes, x, among, nodes, m, affine, moments, sums, touched, start, stop):
+    """Add ``sum_p m_p phi_i C_p r_ip`` of the particles start to stop to `sums`, shape (N, lanes)."""
+    axes, dim = phi.axes, len(phi.axes)
+    work, columns, places = room(phi), table(axes, axes, BATCH), matrix(axes, BATCH)
+    mass, at = matrix((0.0,), BATCH), vector(BATCH).view(np.int64)
+    touched[0], touched[1] = sums.shape[0], 0
+    first = start
+    while first < stop:
+        n = locate_batch(phi, x, first, min(len(BATCH), stop - first), at, work)
+        take(axes, places, 0, among, first, n)
+        take((0.0,), mass, 0, m, first, n)
+        take(squared(axes), columns, 0, affine, first, n)
+        for r in range(dim * dim):
+            for g in range(groups(n)):
+                i = GROUPS * r + g
+                set_product(LANES, columns, i, columns, i, mass, g)
+        b = 0
+        while b < n:
+            same = alike(at, b, n)
+            spread_affine(
+                phi, at[b], b, same, work, nodes, places, moments, lanes, columns, sums, touched
+            )
+            b += same
+        first += n
 
 
-@inlined
-def divide_by(axes, D, least, B):
-    """``B D^-1`` in place for a symmetric D, whose lower half is overwritten by ``L^-1`` and pivots.
-
-    ``D = L diag(pivot) L^T``; directions with a pivot of `least` or less are left out.
-    """
-    for j in range(len(axes)):
-        for k in range(j):
-            D[j, j] -= D[j, k] * D[j, k] * D[k, k]
-        pivot = D[j, j]
-        for i in range(j + 1, len(axes)):
-            for k in range(j):
-                D[i, j] -= D[i, k] * D[j, k] * D[k, k]
-            D[i, j] = D[i, j] / pivot if pivot > least else 0.0
-    for row in range(len(axes)):
-        for j in range(len(axes)):
-            for k in range(j):
-                B[row, j] -= D[j, k] * B[row, k]
-        for j in range(len(axes)):
-            B[row, j] = B[row, j] / D[j, j] if D[j, j] > least else 0.0
-        for j in range(len(axes) - 1, -1, -1):
-            for k in range(j + 1, len(axes)):
-                B[row, j] -= D[k, j] * B[row, k]
+@lean
+def collect(axes, parts, touched, q_i):
+    """Add up the parts in their order, and set them back to zero."""
+    for c in range(parts.shape[0]):
+        for i in range(touched[c, 0], touched[c, 1]):
+            for d in range(len(axes)):
+                q_i[i, d] += parts[c, i, d]
+            for k in range(parts.shape[2]):
+                parts[c, i, k] = 0.0
 
 
 def spin(affine: np.ndarray, m: np.ndarray) -> np.ndarray:

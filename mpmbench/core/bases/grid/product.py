@@ -354,6 +354,7 @@ ANSWERS: dict[Callable[..., Any], Callable[..., Any]] = {
     interpolate: _interpolate,
     place: _place,
 }
+import mpmbench.core.bases.grid.moments  # noqa: E402, F401 - which adds its own answers
 
 
 @compiled
