@@ -149,7 +149,8 @@ def estimate_memory(config: Config) -> float:
     numbers = 8 + 5 * dim + 3 * dim**2
     numbers += sum(math.prod(one.shape(dim)) for one in further.values())
     particle = 8.0 * numbers * 4  # arrays, their snapshots, and the state that is warmed up
-    clouds = case.choices.moving or not case.basis.promises.grid
+    stores = case.choices.moving or case.choices.gradient == "affine"
+    clouds = stores or not case.basis.promises.grid
     stencil = 8.0 * 5**dim * (2 + 2 * dim) if clouds else 0.0
     band = 0.0
     if case.choices.implicit:  # the places of a particle's pairs of functions in the matrix

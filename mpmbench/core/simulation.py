@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mpmbench.core.bases import Basis, BasisSettings
+from mpmbench.core.bases.affine import AffineGradients
 from mpmbench.core.bases.frozen import FrozenBasis
 from mpmbench.core.bases.grid.product import GridBasis, count_crossings
 from mpmbench.core.bases.handle import Stencils
@@ -105,6 +106,8 @@ def build_state(body: Body, basis: BasisSettings, material: Material, choices: T
         body.geometry, len(p.x), (choices.moving and not choices.frozen) or deformed
     )
     complete(type(functions), Basis)
+    if choices.gradient == "affine":
+        functions = AffineGradients(functions, len(p.x))
     reference = functions.nodes.copy()
     functions.follow(p)
     if deformed and body.displacement is not None:
@@ -302,9 +305,10 @@ class Watch:
     def count_crossings(self) -> None:
         """Count the particles that are in another cell of a fixed grid than after the step before."""
         s, p = self.state, self.state.particles
-        if isinstance(s.basis, GridBasis) and not s.choices.moving:
+        basis = s.basis.within if isinstance(s.basis, AffineGradients) else s.basis
+        if isinstance(basis, GridBasis) and not s.choices.moving:
             crossed = threads.run(
-                lambda c, *part: count_crossings(s.basis.handle, p.x, self.cells, *part),
+                lambda c, *part: count_crossings(basis.handle, p.x, self.cells, *part),
                 len(self.cells),
             )
             self.solution.cell_crossings += sum(crossed)

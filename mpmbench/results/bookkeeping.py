@@ -24,7 +24,9 @@ LATER: dict[tuple[str, str], dict[str, Any]] = {
 }
 # The same for keys of all methods whose time loop is the explicit one or derives from it, which
 # those have that have the first key.
-LATER_OF_LOOPS: dict[str, dict[str, Any]] = {"mass_cutoff": {"transfer_order": 2}}
+LATER_OF_LOOPS: dict[str, dict[str, Any]] = {
+    "mass_cutoff": {"transfer_order": 2, "gradient": "functions"}
+}
 
 
 def with_later(config: dict[str, Any]) -> dict[str, Any]:

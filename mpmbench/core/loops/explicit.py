@@ -67,6 +67,11 @@ class Explicit(TimeLoop):
     transfer_order: int = setting(
         2, "terms of the series when transfer is xpic or fmpm", unit="-", least=1, most=20
     )
+    gradient: str = setting(
+        "functions",
+        "derivatives of the functions, or of the affine field nearest to the nodes as in MLS-MPM",
+        options=("functions", "affine"),
+    )
     velocity_lag: ClassVar[float] = 0.5
     meets_walls: ClassVar[bool] = True
     stress: ClassVar[Any] = staticmethod(cauchy_stress)
@@ -134,8 +139,13 @@ class Explicit(TimeLoop):
         )
 
     def check(self, case: Any) -> None:
-        """Refuse what `check` below refuses, whatever the case."""
+        """Refuse what `check` below refuses, whatever the case, and affine gradients that are lost on faces."""
         check(self)
+        if self.gradient == "affine" and not case.basis.promises.continuous_gradient:
+            raise NotApplicable(
+                f"method.gradient=affine with basis={case.basis_name}: inside a cell this is the "
+                "gradient of its functions, and on faces there is none: leave it out"
+            )
 
     def step(self, s: State, dt: float) -> None:
         """Do one `step` as it is listed below."""
