@@ -1,0 +1,174 @@
+"""A slotted disk that turns (Zalesak 1979), as a test of what transfers do to rotation.
+
+``motion=spin``: a free elastic disk spins about its own centre of mass, x = Q(omega t) X. Methods that
+conserve angular momentum go on turning. Centrifugal force stretches the disk a little, by about
+rho omega^2 R^2/E, so that the error against rigid rotation has a floor which is physics; what is
+left after the best rigid motion, `shape_residual`, has the same.
+
+``motion=advection``: all nodal velocities are prescribed, v_i = omega k x x_i, with the disk 0.25 m
+away from the axis. Transfers do not matter, only the update of positions and of F does: a forward
+step of size dt leads outwards by the factor sqrt(1 + (omega dt)^2).
+
+The axis is the origin in both.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from mpmbench.core.choices import Choices
+from mpmbench.core.errors import NotApplicable, require
+from mpmbench.core.geometry import Box, Cloud, Geometry
+from mpmbench.core.materials import Material
+from mpmbench.core.particles import seed_cells
+from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
+from mpmbench.core.simulation import Solution
+from mpmbench.core.state import Loads, State
+from mpmbench.problems import Fields, Problem
+
+RADIUS, SLOT, DEPTH = 0.15, 0.05, 0.25  # [m] of the disk; width and depth of the slot, from below
+OFFSET = 0.25  # [m] of the disk from the axis of the prescribed motion
+HALF = {"spin": 1.5 * RADIUS, "advection": 0.5}  # [m] of the square grid, whole cells
+COURANT, IMPLICIT = 0.4, 4.0
+
+
+@register("problem", "zalesak_rotation")
+@dataclass(frozen=True)
+class ZalesakRotation(Problem):
+    """Rotating slotted disk, Zalesak 1979: a free one that spins, or with all nodal velocities prescribed."""
+
+    motion: str = setting(
+        "spin",
+        "a free disk about its centre of mass, or prescribed velocities about an axis outside",
+        options=("spin", "advection"),
+    )
+    angular_velocity: float = setting(
+        6.283185307179586, "omega, one turn per second", unit="rad/s", above=0.0, below=1e3
+    )
+    dimension: ClassVar[int] = 2
+    reference_length: ClassVar[float] = RADIUS
+    bends: ClassVar[bool] = True
+
+    def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
+        require(resolution >= 6, "resolution", resolution, "at least 6 (two cells across the slot)")
+        if not choices.dynamic:
+            raise NotApplicable(
+                "zalesak_rotation is a dynamic problem: it needs method.time=explicit or newmark"
+            )
+        if self.motion == "advection" and (choices.implicit or choices.frozen):
+            raise NotApplicable(
+                "problem.motion=advection prescribes velocities at fixed places: "
+                "it needs method.time=explicit and updated functions"
+            )
+
+    def check_particles(self, particles_per_cell: int) -> None:
+        """The centre of mass is that of these particles."""
+        require(particles_per_cell == 4, "particles_per_cell", particles_per_cell, "4")
+
+    # geometry
+
+    def _seeds(self, resolution: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Particles of cells of R/resolution with their volumes, and where the disk's own centre is."""
+        square = Box((-RADIUS, -RADIUS), (RADIUS, RADIUS), (2 * resolution, 2 * resolution))
+        X, V0 = seed_cells(square, 4)
+        slot = (np.abs(X[:, 0]) < 0.5 * SLOT) & (X[:, 1] < DEPTH - RADIUS)
+        inside = (np.hypot(*X.T) < RADIUS) & ~slot
+        X, V0 = X[inside], V0[inside]
+        centre = -X.mean(axis=0) if self.motion == "spin" else np.array([0.0, OFFSET])
+        return X, V0, centre
+
+    def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
+        X, V0, centre = self._seeds(resolution)
+        return X + centre, V0
+
+    def nodes(self, resolution: int, choices: Choices) -> Geometry:
+        h = RADIUS / resolution
+        if choices.moving:
+            X, _, centre = self._seeds(resolution)
+            cells = np.unique(np.floor((X + RADIUS) / h).astype(np.int64), axis=0)
+            corners, number = np.unique(
+                np.concatenate([cells + step for step in ((0, 0), (1, 0), (0, 1), (1, 1))]),
+                axis=0,
+                return_inverse=True,
+            )
+            a, b, c, d = number.reshape(4, -1)
+            triangles = np.concatenate([np.stack([a, b, d], 1), np.stack([a, d, c], 1)])
+            return Cloud(corners * h - RADIUS + centre, triangles, h)
+        along = math.ceil(HALF[self.motion] / h - 1e-9)
+        return Box((-along * h,) * 2, (along * h,) * 2, (2 * along,) * 2)
+
+    # initial condition and prescribed motion
+
+    def velocity(self, X: np.ndarray, material: Material) -> np.ndarray:
+        return self.angular_velocity * np.stack([-X[:, 1], X[:, 0]], axis=1)
+
+    def fixed(self, x: np.ndarray) -> np.ndarray:
+        return np.full(x.shape, self.motion == "advection")
+
+    def loads(self, material: Material) -> Loads:
+        if self.motion == "spin":
+            return Loads()
+
+        def travelled(X: np.ndarray, t: float) -> np.ndarray:
+            """Way of a constant velocity, that of a place: nodes of a grid stay."""
+            return t * self.velocity(X, material)
+
+        return Loads(prescribed_motion=travelled)
+
+    def adaptive_step(self, state: State) -> Callable[[State], float] | None:
+        """The same step always: 0.4 of the time in which a wave crosses a cell, ten times that in implicit methods."""
+        assert state.geometry is not None
+        lame, shear = state.material.lame_parameters()
+        courant = IMPLICIT if state.choices.implicit else COURANT
+        wave = math.sqrt((lame + 2.0 * shear) / state.material.density)
+        bound = courant * state.geometry.nodal_spacing / wave
+        turn = 2.0 * math.pi / self.angular_velocity
+        step = turn / math.ceil(turn / bound)
+        return lambda _: step
+
+    # exact solution
+
+    def exact(self, X: np.ndarray, t: float, material: Material) -> Fields:
+        """Rigid rotation."""
+        Q = turned(self.angular_velocity * t)
+        return {
+            "displacement": X @ Q.T - X,
+            "velocity": self.velocity(X @ Q.T, material),
+        }
+
+    # quantities of interest
+
+    def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
+        history = {name: np.array(values) for name, values in solution.history.items()}
+        first, last = solution.snapshots[0]["x"], solution.snapshots[-1]["x"]
+        angle, residual = best_rotation(first, last)
+        exact = self.angular_velocity * solution.snapshots[-1]["time"]
+        lag = math.remainder(exact - angle, 2.0 * math.pi)
+        spin, energy = history["angular_momentum"][:, 2], history["kinetic_energy"]
+        kept = "at the end over that at the start"
+        return {
+            "angular_momentum_kept": (float(spin[-1] / spin[0]), "1", f"angular momentum {kept}"),
+            "kinetic_energy_kept": (float(energy[-1] / energy[0]), "1", f"kinetic energy {kept}"),
+            "lag_of_angle": (lag, "rad", "angle behind the exact one, within half a turn"),
+            "shape_residual": (
+                residual,
+                "m",
+                "root mean square distance from the best rigid motion",
+            ),
+        }
+
+
+def turned(angle: float) -> np.ndarray:
+    """Matrix of a rotation by an angle [rad], shape (2, 2)."""
+    return np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+
+
+def best_rotation(X: np.ndarray, x: np.ndarray) -> tuple[float, float]:
+    """Angle [rad] of the rotation and translation that take X nearest to x, and what is left [m]."""
+    A, a = X - X.mean(axis=0), x - x.mean(axis=0)
+    angle = math.atan2(float(np.sum(A[:, 0] * a[:, 1] - A[:, 1] * a[:, 0])), float(np.sum(A * a)))
+    return angle, float(np.sqrt(np.mean(np.sum((a - A @ turned(angle).T) ** 2, axis=1))))
