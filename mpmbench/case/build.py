@@ -6,7 +6,8 @@ from time import perf_counter
 import xarray as xr
 
 from mpmbench.case.output import dataset
-from mpmbench.case.read import Case, Config, read
+from mpmbench.case.read import Case, Config, bodies_of, read
+from mpmbench.core.bodies import particles_of
 from mpmbench.core.compiled import threads
 from mpmbench.core.errors import SolverFailure
 from mpmbench.core.particles import Particles
@@ -21,12 +22,16 @@ Progress = Callable[[float, float], None]
 def build(case: Case) -> State:
     """The initial state of a run."""
     problem, material = case.problem, case.material
-    X, V0 = problem.seed(case.resolution, case.particles_per_cell)
-    X = problem.place(X, case.resolution, case.choices)
-    particles = Particles.at_rest(
-        X, V0, material.density, problem.tracers(), material.history, material.rate_dependent
-    )
-    particles.v[:] = problem.velocity(particles.X, material)
+    parts = bodies_of(case)
+    if parts:
+        particles = particles_of(parts, material)
+    else:
+        X, V0 = problem.seed(case.resolution, case.particles_per_cell)
+        X = problem.place(X, case.resolution, case.choices)
+        particles = Particles.at_rest(
+            X, V0, material.density, problem.tracers(), material.history, material.rate_dependent
+        )
+        particles.v[:] = problem.velocity(particles.X, material)
     problem.prepare(particles, material)
     body = Body(
         geometry=problem.nodes(case.resolution, case.choices),
@@ -36,8 +41,9 @@ def build(case: Case) -> State:
         loads=problem.loads(material),
         initial_acceleration=problem.initial_acceleration,
         displacement=problem.initial_displacement(material),
+        parts=parts,
     )
-    state = build_state(body, case.basis, material, case.choices)
+    state = build_state(body, case.basis, material, case.choices, case.contact)
     state.observe, state.samples = problem.observe, problem.samples
     state.start = problem.start if type(problem).start is not Problem.start else None
     return state

@@ -76,13 +76,13 @@ def measured(state: State | None, solution: Solution, compile_time: float) -> xr
         out[name] = scalar(*said)
     text = "number of times a particle has changed its grid cell"
     out["n_cell_crossings"] = scalar(solution.cell_crossings, "1", text)
-    _add_history(out, solution)
+    _add_history(out, state, solution)
     _add_records(out, solution)
     _add_snapshots(out, state, solution)
     return out
 
 
-def _add_history(out: xr.Dataset, solution: Solution) -> None:
+def _add_history(out: xr.Dataset, state: State, solution: Solution) -> None:
     history = {name: np.array(values) for name, values in solution.history.items()}
     out.coords["time"] = labelled("time", history["time"], "s", "time")
     for name, unit, *axes in (
@@ -96,6 +96,7 @@ def _add_history(out: xr.Dataset, solution: Solution) -> None:
         ("angular_momentum", "kg m2 s-1", "axis"),
     ):
         out[name] = labelled(("time", *axes), history[name], unit, name.replace("_", " "))
+    _add_bodies(out, state, history)
     kinetic = history["kinetic_energy"]
     energy = kinetic + history["strain_energy"] + history["dissipated_energy"]
     change = energy + history["contact_energy"] - history["external_work"] - energy[0]
@@ -116,6 +117,24 @@ def _add_history(out: xr.Dataset, solution: Solution) -> None:
         )
     drift = np.linalg.norm(history["momentum"] - history["momentum"][0], axis=1).max()
     out["momentum_drift"] = scalar(drift, "kg m s-1", "largest change of total momentum")
+
+
+def _add_bodies(out: xr.Dataset, state: State, history: dict[str, np.ndarray]) -> None:
+    """Momenta and energies of each body, and whose the particles are, when there are several."""
+    if state.bodies.count < 2:
+        return
+    owner = state.bodies.particle[state.particles.material]
+    out["body"] = labelled("particle", owner + 1, "1", "number of the body of a particle")
+    for name, unit, *axes in (
+        ("body_momentum", "kg m s-1", "dim"),
+        ("body_angular_momentum", "kg m2 s-1", "axis"),
+        ("body_kinetic_energy", "J"),
+        ("body_vibration_energy", "J"),
+        ("body_strain_energy", "J"),
+        ("body_dissipated_energy", "J"),
+    ):
+        text = f"{name.removeprefix('body_').replace('_', ' ')} of each body"
+        out[name] = labelled(("time", "bodies", *axes), history[name], unit, text)
 
 
 def _add_records(out: xr.Dataset, solution: Solution) -> None:

@@ -2,14 +2,17 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
 
 from mpmbench.core import registry
 from mpmbench.core.bases import BasisSettings
+from mpmbench.core.bodies import Part, overlap
 from mpmbench.core.compiled import has_version
+from mpmbench.core.contact import ContactRule, check_bodies
+from mpmbench.core.contact.shared import Shared
 from mpmbench.core.errors import BadSetting, NotApplicable, require
 from mpmbench.core.geometry import Box
 from mpmbench.core.loops import TimeLoop, find_loop
@@ -34,6 +37,7 @@ class Case:
     basis_name: str
     resolution: int
     particles_per_cell: int
+    contact: ContactRule = field(default_factory=Shared)
 
 
 def read(config: Config) -> Case:
@@ -53,7 +57,9 @@ def read(config: Config) -> Case:
         loops = "one of " + ", ".join(registry.names("method"))
         raise BadSetting("method.time", method["time"], loops) from None
     choices = instantiate("method", loop, method)
-    built = {kind: plugin(kind, config[kind]) for kind in ("problem", "basis", "material")}
+    chosen = {"contact": {"name": "shared"}, **config}
+    kinds = ("problem", "basis", "material", "contact")
+    built = {kind: plugin(kind, chosen[kind]) for kind in kinds}
     if any(field.name == "random_seed" for field in fields(built["problem"])):
         built["problem"] = replace(built["problem"], random_seed=int(config.get("seed", 0)))
     resolution, per_cell = int(config["resolution"]), int(config["particles_per_cell"])
@@ -91,6 +97,7 @@ def read(config: Config) -> Case:
         raise NotApplicable(
             f"basis={case.basis_name} needs a grid, and {config['problem']['name']} has free nodes"
         )
+    check_bodies(case, bodies_of(case))
     if problem.loads(case.material).walls and not choices.meets_walls:
         raise NotApplicable(
             f"method.time={choices.time} knows no walls that let go, and "
@@ -99,6 +106,22 @@ def read(config: Config) -> Case:
     if choices.particles_are_nodes:
         _refuse_other_particles(case)
     return case
+
+
+def bodies_of(case: Case) -> tuple[Part, ...]:
+    """The bodies of a problem that has several; raises `BadSetting` when two of them overlap."""
+    parts = tuple(case.problem.bodies(case.resolution, case.particles_per_cell))
+    made = case.problem.materials(case.material) or (case.material,) * len(parts)
+    parts = tuple(replace(part, material=one) for part, one in zip(parts, made, strict=True))
+    found = overlap(parts)
+    if found is not None:
+        one, other, depth = found
+        raise BadSetting(
+            "problem",
+            f"{one} and {other}",
+            f"room between the bodies, which overlap by {depth:.3g} m,",
+        )
+    return parts
 
 
 def _refuse_other_particles(case: Case) -> None:

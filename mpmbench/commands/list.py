@@ -13,7 +13,10 @@ from mpmbench.settings.schema import (
 )
 from mpmbench.settings.words import in_columns, keys_of
 
-PLURALS = {"method": "methods", "basis": "bases", "material": "materials", "problem": "problems"}
+PLURALS = {
+    **{"method": "methods", "basis": "bases", "material": "materials"},
+    **{"contact": "rules of contact between bodies (contact=)", "problem": "problems"},
+}
 
 
 def main(arguments: list[str]) -> int:

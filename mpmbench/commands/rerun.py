@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from mpmbench.commands.places import attributes_of
+from mpmbench.results.bookkeeping import with_later
 from mpmbench.results.identity import changed_files, code_digests
 from mpmbench.results.netcdf import Damaged, load, read_attributes, unverified
 from mpmbench.results.provenance import machine
@@ -80,7 +81,7 @@ def limits_in(arguments: list[str]) -> dict[str, Any]:
 
 def rebuild(file: Path, attributes: dict[str, Any]) -> dict[str, Any]:
     """The configuration of a file; raises `BadInput` when this version does not know it."""
-    config: dict[str, Any] = json.loads(attributes["config"])
+    config = with_later(json.loads(attributes["config"]))
     refuse_targets(config, f"rerun {file}")
     for group in GROUPS:
         name = config[group]["name"]

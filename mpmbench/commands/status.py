@@ -73,6 +73,8 @@ def missing_plugins(config: dict[str, Any]) -> str:
     """The choices of a configuration that nothing here registers, as ``basis=name``."""
     missing = []
     for group in GROUPS:
+        if group not in config:
+            continue  # it came later
         name = config[group]["name"]
         registered = config[group].get("time") or name  # a method names its loop
         known = registered in places(group) or plugins_of(group, registered)

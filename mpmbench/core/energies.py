@@ -29,11 +29,11 @@ def kinetic_energy(m, v):
     return total
 
 
-def dissipated_energy(material: Material, p: Particles) -> float:
-    """What the material has lost so far [J], of which its history keeps account; 0 where it does not."""
+def dissipated_energy(material: Material, p: Particles, own: slice = slice(None)) -> float:
+    """What the material of the particles `own` has lost so far [J], of which its history keeps account; else 0."""
     if material.dissipated is None:
         return 0.0
-    return float(p.V0 @ p.state[:, material.dissipated])
+    return float(p.V0[own] @ p.state[own, material.dissipated])
 
 
 @compiled

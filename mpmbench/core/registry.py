@@ -22,6 +22,7 @@ from mpmbench.core.moved import keep_old_places
 PACKAGE = Path(__file__).parents[1]
 PACKAGES = {
     "basis": "mpmbench.core.bases",
+    "contact": "mpmbench.core.contact",
     "material": "mpmbench.core.materials",
     "method": "mpmbench.core.loops",
     "problem": "mpmbench.problems",

@@ -12,7 +12,11 @@ from mpmbench.core.bases.affine import AffineGradients
 from mpmbench.core.bases.frozen import FrozenBasis
 from mpmbench.core.bases.grid.product import GridBasis, count_crossings
 from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.bases.parted import own_functions
+from mpmbench.core.bodies import Part, audit, gather, owners
 from mpmbench.core.compiled import threads
+from mpmbench.core.contact import ContactRule
+from mpmbench.core.contact.shared import Shared
 from mpmbench.core.energies import (
     dissipated_energy,
     first_bad_volume,
@@ -56,6 +60,8 @@ class Body:
     displacement : callable or None
         ``displacement(x_i)`` moves the nodes of a body that is deformed from the start [m], shape
         (N, dim); `fixed`, `velocity` and `loads` are asked about the places before that.
+    parts : tuple of Part
+        Where there are several bodies; their particles and surface points follow each other.
     """
 
     geometry: Geometry
@@ -65,6 +71,7 @@ class Body:
     loads: Loads = field(default_factory=Loads)
     initial_acceleration: str = "balance"
     displacement: Callable[[np.ndarray], np.ndarray] | None = None
+    parts: tuple[Part, ...] = ()
 
 
 @dataclass
@@ -93,18 +100,29 @@ class Solution:
     history: dict[str, list[Any]] = field(default_factory=dict)
     snapshots: list[dict[str, Any]] = field(default_factory=list)
     records: dict[str, list[Any]] = field(default_factory=dict)
+    body_masses: list[float] = field(default_factory=list)  # [kg]
 
 
-def build_state(body: Body, basis: BasisSettings, material: Material, choices: TimeLoop) -> State:
-    """Allocate everything a run needs."""
-    p = body.particles
+def build_state(
+    body: Body,
+    basis: BasisSettings,
+    material: Material,
+    choices: TimeLoop,
+    contact: ContactRule | None = None,
+) -> State:
+    """Allocate everything a run needs; without a rule of contact, several bodies share nodes."""
+    p, rule = body.particles, contact or Shared()
     p.keep(particle_data(find_transfer(choices.transfer), basis, material))
     deformed = body.displacement is not None and (choices.moving or choices.frozen)
     complete(type(basis), BasisSettings)
     basis = basis.suited_to(choices)
-    functions = basis.build(
-        body.geometry, len(p.x), (choices.moving and not choices.frozen) or deformed
-    )
+    moving = (choices.moving and not choices.frozen) or deformed
+    bodies = gather(body.parts, material)
+    if body.parts and rule.own_nodes:
+        own = [part.mesh for part in body.parts] if choices.on_body else [body.geometry]
+        functions = own_functions(basis, own, bodies.particle, bodies.count, moving)
+    else:
+        functions = basis.build(body.geometry, len(p.x), moving)
     complete(type(functions), Basis)
     if choices.gradient == "affine":
         functions = AffineGradients(functions, len(p.x))
@@ -132,6 +150,12 @@ def build_state(body: Body, basis: BasisSettings, material: Material, choices: T
     state.smooth = basis.promises.continuous_gradient
     state.balanced = body.initial_acceleration == "balance"
     state.nodes.v[:] = body.velocity(reference)
+    if body.parts:
+        bodies.node = owners(body.parts, len(reference), choices.on_body, rule.own_nodes)
+        for b, part in enumerate(body.parts):
+            state.nodes.v[bodies.node == b] = part.velocity
+        state.bodies = bodies
+        state.contact = rule.build(state)
     if state.transfer.velocity_on_nodes or state.transfer.particle_data:
         functions.locate(p.x)
     if state.transfer.velocity_on_nodes:  # that of the particles is only read off
@@ -168,6 +192,8 @@ def simulate(
     )
     dt = end_time / planned if planned else 0.0
     solution = Solution(time_step=dt, records=state.records)
+    own = map(state.bodies.particles, range(state.bodies.count))
+    solution.body_masses = [float(state.particles.m[rows].sum()) for rows in own]
     watch = Watch(state, solution, end_time, sorted(snapshot_times))
     if progress is not None:
         progress(0.0, 0.0)
@@ -327,7 +353,11 @@ class Watch:
         """
         s, p, history = self.state, self.state.particles, self.solution.history
         kinetic = kinetic_energy(p.m, p.v + lag * p.a if lag > 0.0 else p.v)
-        strain = strain_energy(s.law, s.axes, p.F, p.state, p.V0)
+        strain, lost = 0.0, 0.0
+        for material, *rows in s.bodies.laws:
+            own = slice(*rows)
+            strain += strain_energy(material.law, s.axes, p.F[own], p.state[own], p.V0[own])
+            lost += dissipated_energy(material, p, own)
         momentum = p.m @ p.v
         arm, velocity = np.zeros((len(p.x), 3)), np.zeros((len(p.x), 3))
         arm[:, : p.dimension], velocity[:, : p.dimension] = p.x, p.v
@@ -336,12 +366,13 @@ class Watch:
             "time": s.time,
             "kinetic_energy": kinetic,
             "strain_energy": strain,
-            "dissipated_energy": dissipated_energy(s.material, p),
+            "dissipated_energy": lost,
             "numerical_dissipation": self.lost_in_transfers(),
-            "contact_energy": s.contact_energy,
+            "contact_energy": s.contact_energy + s.contact.stored(s),
             "external_work": s.external_work,
             "momentum": momentum,
             "angular_momentum": spin,
+            **audit(s, p.v + lag * p.a if lag > 0.0 else p.v),
             **(s.observe(s) if s.observe is not None else {}),
         }
         for name, value in values.items():

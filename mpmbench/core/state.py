@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mpmbench.core.bases import Basis
+from mpmbench.core.bodies import Bodies
+from mpmbench.core.contact import Contact
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.loads import Loads
 from mpmbench.core.materials import Material
@@ -123,6 +125,10 @@ class State:
         Adds up mass, momentum and forces on the nodes.
     walls : Walls
         The walls among the loads, and what they do.
+    bodies : Bodies
+        Whose particles and nodes are, and what they are made of.
+    contact : Contact
+        What keeps several bodies apart.
     """
 
     particles: Particles
@@ -151,6 +157,8 @@ class State:
     balanced: bool = False
     keep_accelerations: bool = False
     samples: int = 200
+    bodies: Bodies = field(init=False)
+    contact: Contact = field(default_factory=Contact)
     law: Any = field(init=False)
     axes: tuple[float, ...] = field(init=False)
     transfer: Transfer = field(init=False)
@@ -160,6 +168,7 @@ class State:
     def __post_init__(self) -> None:
         p = self.particles
         self.law = self.material.law
+        self.bodies = Bodies.single(self.material, len(p.x), p.tracers)
         self.axes = (0.0,) * p.dimension
         self.initial_nodes = self.basis.nodes.copy()
         self.transfer = find_transfer(self.choices.transfer)

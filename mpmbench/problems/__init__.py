@@ -4,8 +4,8 @@ A file goes in a fixed order: equations and source, parameters, geometry, initia
 conditions, exact solution, quantities of interest.
 
 A plug-in is a dataclass of its parameters, registered with ``@register("problem", name)``, that
-derives from `Problem`. A field ``random_seed: int = 0`` declares that the problem is random; it is no
-key, but takes the value of the key ``seed``.
+derives from `Problem`. One of several bodies gives them as `bodies`. A field ``random_seed: int = 0``
+declares that the problem is random; it is no key, but takes the value of the key ``seed``.
 """
 
 from collections.abc import Callable
@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from mpmbench.core.bodies import Part
 from mpmbench.core.choices import Choices
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.materials import Material
@@ -64,6 +65,14 @@ class Problem(Settings):
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
         """Initial particle positions [m], shape (P, dim), and volumes [m^dim], shape (P,)."""
         raise NotImplementedError
+
+    def bodies(self, resolution: int, particles_per_cell: int) -> tuple[Part, ...]:
+        """Several bodies, each with its mesh, particles and velocity; a problem with one has none here."""
+        return ()
+
+    def materials(self, material: Material) -> tuple[Material, ...]:
+        """What each of several bodies is made of; none: all of the material of the run."""
+        return ()
 
     def place(self, X: np.ndarray, resolution: int, choices: Choices) -> np.ndarray:
         """Where the particles that `seed` made start, shape (P, dim), if that depends on the method."""

@@ -27,15 +27,19 @@ LATER: dict[tuple[str, str], dict[str, Any]] = {
 LATER_OF_LOOPS: dict[str, dict[str, Any]] = {
     "mass_cutoff": {"transfer_order": 2, "gradient": "functions"}
 }
+# Groups that came later, with the choice that does what was done before.
+LATER_GROUPS: dict[str, dict[str, Any]] = {"contact": {"name": "shared"}}
 
 
 def with_later(config: dict[str, Any]) -> dict[str, Any]:
     """A stored configuration, with the keys that it was too early to have."""
-    return config | {group: later | config[group] for group, later in _later(config)}
+    whole = (LATER_GROUPS if "problem" in config else {}) | config
+    return whole | {group: later | config[group] for group, later in _later(config)}
 
 
 def without_later(config: dict[str, Any]) -> dict[str, Any]:
     """A configuration without the keys that came later, where they do what was done before."""
+    config = {key: one for key, one in config.items() if LATER_GROUPS.get(key) != one}
     return config | {
         group: {key: one for key, one in config[group].items() if (key, one) not in later.items()}
         for group, later in _later(config)

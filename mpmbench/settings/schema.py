@@ -17,7 +17,7 @@ from mpmbench.settings.files import BadInput, experiments, is_global, presets, r
 
 __all__ = ["GROUPS", "BadInput", "did_you_mean", "experiments", "options"]
 
-GROUPS = ("method", "basis", "material", "problem")
+GROUPS = ("method", "basis", "material", "contact", "problem")
 # What is a number or a truth value, unless it stands in quotes.
 NO_TEXT = re.compile(r"true|false|nan|[-+]?inf|[-+]?\.?\d[\d._]*(e[-+]?\d*)?", re.IGNORECASE)
 PROBLEM_DEFAULTS = ("method_defaults", "basis_defaults", "material_defaults")

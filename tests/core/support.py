@@ -16,6 +16,7 @@ def compose(problem: str, method: str, basis: str, **changes: Any) -> dict[str, 
     """A resolved configuration; `changes` are keys such as ``resolution=16`` or ``method__mass="lumped"``."""
     body = composed("problem", problem)
     chosen = {"problem": problem, "method": method, "basis": basis}
+    chosen["contact"] = changes.pop("contact", "shared")
     chosen["material"] = changes.pop("material", None) or next(
         entry["override /material"] for entry in body["defaults"] if "override /material" in entry
     )

@@ -36,6 +36,16 @@ def test_keys_of_explicit_loops_that_came_later():
     assert with_later(implicit)["method"] == implicit["method"]
 
 
+def test_a_group_that_came_later_leaves_the_hash_of_before():
+    plain, penalty = (
+        compose_many([["problem=two_squares", "basis=lme", "method=otm", f"contact={rule}"]])[0][0]
+        for rule in ("shared", "penalty")
+    )
+    before = {key: value for key, value in plain.items() if key != "contact"}
+    assert config_hash(before) == config_hash(plain) != config_hash(penalty)
+    assert with_later(before)["contact"] == plain["contact"] == {"name": "shared"}
+
+
 def test_a_key_that_came_later_can_still_have_the_value_of_before():
     for (group, name), keys in LATER.items():
         settings = declared(group, name)

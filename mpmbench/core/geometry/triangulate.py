@@ -164,3 +164,37 @@ def seed_segments(cloud: Cloud, particles_per_cell: int) -> tuple[np.ndarray, np
     local = (np.arange(particles_per_cell) + 0.5) / particles_per_cell
     X = (nodes[:-1, None] + edges[:, None] * local).reshape(-1, 1)
     return X, np.repeat(edges / particles_per_cell, particles_per_cell)
+
+
+def unit_square(cells: int, crossed: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes of the unit square, shape (N, 2), and its triangles: two to a cell, or four around its middle."""
+    side = np.arange(cells + 1) / cells
+    nodes = np.stack([part.ravel() for part in np.meshgrid(side, side, indexing="ij")], axis=1)
+    numbers = np.arange(len(nodes)).reshape(cells + 1, cells + 1)
+    a, b = numbers[:-1, :-1].ravel(), numbers[1:, :-1].ravel()
+    c, d = numbers[1:, 1:].ravel(), numbers[:-1, 1:].ravel()
+    if crossed:
+        middle = len(nodes) + np.arange(cells * cells)
+        centres = 0.25 * (nodes[a] + nodes[b] + nodes[c] + nodes[d])
+        pairs = ((a, b), (b, c), (c, d), (d, a))
+        triangles = [np.stack([*pair, middle], axis=1) for pair in pairs]
+        return np.vstack([nodes, centres]), np.vstack(triangles)
+    return nodes, np.vstack([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+
+
+def annulus(inner: float, outer: float, rings: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes on circles from one radius to another [m], shape (N, 2), and two triangles to a cell between them.
+
+    Cells are about as long along the middle circle as they are wide.
+    """
+    around = round(math.pi * (inner + outer) / (outer - inner) * rings)
+    angle = 2.0 * math.pi * np.arange(around) / around
+    radius = np.linspace(inner, outer, rings + 1)
+    nodes = np.stack(
+        [np.outer(radius, np.cos(angle)).ravel(), np.outer(radius, np.sin(angle)).ravel()], axis=1
+    )
+    numbers = np.arange(len(nodes)).reshape(rings + 1, around)
+    a, b = numbers[:-1], numbers[1:]
+    c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
+    halves = (np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2))
+    return nodes, np.vstack([half.reshape(-1, 3) for half in halves])

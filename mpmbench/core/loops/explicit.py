@@ -121,6 +121,7 @@ class Explicit(TimeLoop):
         s.mass.solve(n.f, n.a)
         np.add(s.walls.along(n.v_old), np.multiply(n.a, 0.5 * dt, out=n.v), out=n.v)
         s.walls.hold(s, 0.5 * dt)  # what hits them does so in the first step
+        s.contact.hold(s, 0.5 * dt)
         carry(s, -0.5 * dt, Update(True, False, False, False, flip=1.0))
         np.subtract(n.v_old, 0.5 * dt * n.a, out=n.v)
         s.transfer.start(s)
@@ -178,13 +179,14 @@ def step(s: State, dt: float) -> None:
     s.mass.solve(n.f, n.a)  # Eqs. 22, 93
     np.add(n.v_old, np.multiply(n.a, dt, out=n.v), out=n.v)  # Eqs. 24, 51, 94
     np.copyto(n.v_last, n.v_old, where=n.new)
-    by_walls = s.walls.hold(s, dt)
+    by_walls, by_contact = s.walls.hold(s, dt), s.contact.hold(s, dt)
     s.transfer.refine(s)
     s.transfer.take(s)
     by_loads, by_reaction = dt * float(np.vdot(n.f_external, n.v)), reaction_work(s, dt)
-    s.contact_energy -= by_walls
+    s.contact_energy -= by_walls + by_contact
     s.external_work += by_loads + by_reaction
-    give(s, 0.5 * (dt * float(np.vdot(n.f, n.v_last)) + by_loads) + by_walls + by_reaction)
+    by_forces = dt * (float(np.vdot(n.f, n.v_last)) + s.contact.power(n.v)) + by_loads
+    give(s, 0.5 * by_forces + by_walls + by_contact + by_reaction)
     loaded = p.x[s.traction_particle]
 
     if choices.stress_update == "usl":
@@ -239,6 +241,7 @@ def total_force(s: State) -> None:
     s.sums(s.basis.handle, s.particles.arrays, n, lambda *part: body_force(s, s.time, *part))
     add_loads(s, s.basis.handle, s.time, n.f_external)
     np.add(n.f_internal, n.f_external, out=n.f)
+    s.contact.push(s)
 
 
 def update_particles(
@@ -258,11 +261,13 @@ def carry(s: State, dt: float, update: Update) -> None:
     """Update all particles in their chunks (`g2p`)."""
     p, nodes = s.particles.arrays, s.nodes.arrays
     phi, solid = s.basis.handle, s.particles.material.stop
+    for material, first, last in s.bodies.laws:
+        law, rows = material.law, (len(p.x) if last == solid else last) - first
 
-    def part(c: int, start: int, stop: int) -> None:
-        g2p(phi, s.law, p, nodes, dt, update, solid, start, stop)
+        def part(c: int, start: int, stop: int, law: Any = law, first: int = first) -> None:
+            g2p(phi, law, p, nodes, dt, update, solid, first + start, first + stop)
 
-    threads.run(part, len(p.x))
+        threads.run(part, rows)
 
 
 def project_velocity(s: State) -> None:
@@ -276,6 +281,7 @@ def project_velocity(s: State) -> None:
     s.mass.solve(n.q, n.v)  # fixed components keep the velocity of the last step
     given = s.walls.nodal_impulse
     s.walls.hold(s, s.time_step)
+    s.contact.hold(s, s.time_step)
     s.transfer.refine(s)
     s.walls.nodal_impulse = given  # particles get nothing of what these velocities took
 

@@ -1,0 +1,93 @@
+"""Contact of several bodies: one file per rule.
+
+A plug-in is a dataclass of its settings, derived from `ContactRule` and registered with
+``@register("contact", name)``. It says whether particles see nodes of their own body only, and its
+`build` gives what acts in the steps: forces on the nodes, or impulses that correct their velocities.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from mpmbench.core.errors import NotApplicable
+from mpmbench.core.setting import Settings
+
+if TYPE_CHECKING:
+    from mpmbench.core.bodies import Part
+    from mpmbench.core.state import State
+
+__all__ = ["Contact", "ContactRule"]
+
+
+class Contact:
+    """What a rule does in the steps of a simulation; this one does nothing."""
+
+    def push(self, s: "State") -> None:
+        """Add forces [N] to ``s.nodes.f``, shape (N, dim), where the particles are now."""
+
+    def hold(self, s: "State", dt: float) -> float:
+        """Correct the velocities ``s.nodes.v`` of the step, and with them the accelerations.
+
+        Returns
+        -------
+        float
+            Work of these impulses on the nodes [J], whose velocities were ``nodes.v_last``.
+        """
+        return 0.0
+
+    def power(self, v: np.ndarray) -> float:
+        """Power of the forces of `push` at nodal velocities, shape (N, dim) [W]."""
+        return 0.0
+
+    def stored(self, s: "State") -> float:
+        """What forces have taken so far, where the particles are now [J]: it is stored, or lost to friction."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class ContactRule(Settings):
+    """Base of the rules.
+
+    Attributes
+    ----------
+    own_nodes : bool
+        Particles see nodes of their own body only: where nodes move those of the body, else a copy
+        of all nodes for each body.
+    drift : float
+        Bound of the change of momentum that the rule claims, over the largest momentum of a body.
+    """
+
+    own_nodes: ClassVar[bool] = True
+    drift: ClassVar[float] = 1e-12
+
+    def check(self, case: Any, parts: "Sequence[Part]") -> None:
+        """Raise `NotApplicable` for a method, basis or bodies that the rule cannot do."""
+
+    def build(self, s: "State") -> Contact:
+        """What acts in the steps of this simulation."""
+        return Contact()
+
+
+def check_bodies(case: Any, parts: "Sequence[Part]") -> None:
+    """Refuse what no rule can do with these bodies.
+
+    Raises
+    ------
+    NotApplicable
+        With the reason.
+    """
+    if len(parts) < 2:
+        if type(case.contact).__name__ != "Shared":
+            raise NotApplicable("contact is a rule for several bodies, and this problem has one")
+        return
+    if case.choices.implicit and case.contact.own_nodes:
+        raise NotApplicable(
+            f"method.time={case.choices.time} solves for all nodes at once and knows no contact "
+            "but that of shared nodes"
+        )
+    materials = {part.material or case.material for part in parts}
+    if case.choices.implicit and len(materials) > 1:
+        raise NotApplicable(f"method.time={case.choices.time} knows one material for all bodies")
+    case.contact.check(case, parts)

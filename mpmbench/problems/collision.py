@@ -1,0 +1,152 @@
+"""What problems of colliding bodies share: nodes and particles of all of them, and how a collision is judged."""
+
+from typing import Any, ClassVar
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from mpmbench.core.bodies import Part, boxes_meet, union
+from mpmbench.core.choices import Choices
+from mpmbench.core.errors import NotApplicable
+from mpmbench.core.geometry import Box, Cloud, Geometry
+from mpmbench.core.geometry.surface import inside_polygons
+from mpmbench.core.geometry.triangulate import seed_triangles
+from mpmbench.core.materials import Material
+from mpmbench.core.simulation import Solution
+from mpmbench.core.state import State
+from mpmbench.problems import Problem
+
+LAST = 0.2  # of the run, over which what is locked is averaged
+
+
+class Collision(Problem):
+    """Base of plane problems of several bodies: a derived class gives `bodies` and `domain`."""
+
+    dimension: ClassVar[int] = 2
+    bends: ClassVar[bool] = True
+    touches_fixed_nodes: ClassVar[bool] = True
+    samples: ClassVar[int] = 400
+
+    def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
+        if not choices.dynamic:
+            raise NotApplicable("a collision is dynamic: it needs method.time=explicit or newmark")
+
+    def check_particles(self, particles_per_cell: int) -> None:
+        """Triangles have one particle or three."""
+        seed_triangles(np.eye(3, 2), np.array([[0, 1, 2]]), particles_per_cell)
+
+    # geometry and initial conditions, from the bodies
+
+    def domain(self, resolution: int) -> Box:
+        """The grid that the bodies move through."""
+        raise NotImplementedError
+
+    def nodes(self, resolution: int, choices: Choices) -> Geometry:
+        if choices.on_body:
+            return union(self.bodies(resolution, 1))
+        return self.domain(resolution)
+
+    def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
+        parts = self.bodies(resolution, particles_per_cell)
+        return np.vstack([part.X for part in parts]), np.concatenate([part.V0 for part in parts])
+
+    def velocity(self, X: np.ndarray, material: Material) -> np.ndarray:
+        """That of the body with the nearest node."""
+        parts = self.bodies(4, 1)
+        each = [cKDTree(part.mesh.nodes).query(X)[0] for part in parts]
+        return np.array([part.velocity for part in parts])[np.argmin(each, axis=0)]
+
+    # quantities of interest
+
+    def observe(self, state: State) -> dict[str, Any]:
+        """Particles, and nodes where they move, that lie inside another body."""
+        return {"captured_now": captured(state)}
+
+    def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, ...]]:
+        series = {name: np.array(values) for name, values in solution.history.items()}
+        out: dict[str, tuple[Any, ...]] = {
+            "captured_now": (
+                series["captured_now"],
+                "1",
+                "particles and moving nodes inside another body",
+            ),
+            "captured": (
+                int(series["captured_now"][-1]),
+                "1",
+                "particles and moving nodes inside another body at the end",
+            ),
+            "captured_most": (
+                int(series["captured_now"].max()),
+                "1",
+                "most particles and moving nodes inside another body at any time",
+            ),
+            "locked_energy_fraction": (
+                locked_energy(series) / float(series["kinetic_energy"][0]),
+                "1",
+                "mean strain energy minus mean vibration energy over the last 20 %,"
+                " over the kinetic energy at the start",
+            ),
+            "kinetic_energy_kept": (
+                float(series["kinetic_energy"][-1] / series["kinetic_energy"][0]),
+                "1",
+                "kinetic energy at the end over that at the start",
+            ),
+            "strain_energy_max": (
+                float(series["strain_energy"].max()),
+                "J",
+                "largest strain energy",
+            ),
+        }
+        mass = self.body_masses(solution)
+        for b in range(min(2, len(mass))):
+            speed = float(series["body_momentum"][-1, b, 0] / mass[b])
+            out[f"velocity_{b + 1}"] = (speed, "m/s", f"mean velocity of body {b + 1} along x_1")
+        return out
+
+    def body_masses(self, solution: Solution) -> np.ndarray:
+        """Masses of the bodies [kg], shape (B,)."""
+        return np.array(solution.body_masses)
+
+
+def part_of(
+    name: str,
+    nodes: np.ndarray,
+    triangles: np.ndarray,
+    spacing: float,
+    particles_per_cell: int,
+    velocity: tuple[float, ...],
+) -> Part:
+    """A body with particles in its triangles."""
+    X, V0 = seed_triangles(nodes, triangles, particles_per_cell)
+    return Part(name, Cloud(nodes, triangles, spacing), X, V0, velocity)
+
+
+def captured(s: State) -> int:
+    """Number of particles, and of nodes where they move, that lie inside the surface of another body."""
+    p, bodies, surface = s.particles, s.bodies, s.bodies.surface
+    on_nodes = s.choices.moving and not s.choices.frozen
+    places = p.x[surface.row]
+    found = 0
+    for b in range(bodies.count):
+        corners = places[surface.facet[surface.body[surface.facet[:, 0]] == b]]
+        for other in range(bodies.count):
+            if other == b:
+                continue
+            points = p.x[bodies.particles(other)]
+            if on_nodes:
+                points = np.vstack([points, s.basis.nodes[bodies.node == other]])
+            if boxes_meet(points, corners.reshape(-1, 2)):
+                found += int(np.count_nonzero(inside_polygons(points, corners)))
+    return found
+
+
+def locked_energy(series: dict[str, np.ndarray]) -> float:
+    """Strain energy that will not come back [J]: its mean over the end of the run without that of vibration.
+
+    Small vibrations about a state of self-stress have as much strain energy on average as kinetic
+    energy without rigid motion.
+    """
+    time = series["time"]
+    late = time >= (1.0 - LAST) * time[-1]
+    vibration = series["body_vibration_energy"][late].sum(axis=1).mean()
+    return float(series["strain_energy"][late].mean() - vibration)

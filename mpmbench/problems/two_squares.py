@@ -1,0 +1,54 @@
+"""Two squares that collide, head-on or with an offset: what rules of contact capture, lock and lose (Li 2009, 5.2).
+
+Unit squares in plane strain, the first of which flies with the speed v along x_1 at the second one,
+which is at rest a few spacings away. Elastic bars of equal length that meet swap their velocities;
+squares nearly do, and with an offset they rotate and go on vibrating. Energy and momenta are
+conserved, nothing stays inside the other body, and no energy stays locked as strain.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from mpmbench.core.bodies import Part
+from mpmbench.core.geometry import Box
+from mpmbench.core.geometry.triangulate import unit_square
+from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
+from mpmbench.problems.collision import Collision, part_of
+
+
+@register("problem", "two_squares")
+@dataclass(frozen=True)
+class TwoSquares(Collision):
+    """Two elastic squares that collide, after Li 2009, Sect. 5.2; energy is conserved."""
+
+    speed: float = setting(2.0, "of the first square along x_1", unit="m/s", above=0.0)
+    offset: float = setting(0.0, "of the second square along x_2", unit="m", above=-1.0, below=1.0)
+    gap: float = setting(
+        0.375, "between the squares at the start", unit="m", least=0.0, below=100.0
+    )
+    room: float = setting(1.5, "of a grid around the squares", unit="m", above=0.0, below=100.0)
+    swapped: bool = setting(False, "the square at rest is the first in the order of bodies")
+    reference_length: ClassVar[float] = 1.0
+
+    def bodies(self, resolution: int, particles_per_cell: int) -> tuple[Part, ...]:
+        nodes, triangles = unit_square(resolution, crossed=False)
+        h = 1.0 / resolution
+        places = ((0.0, 0.0), (1.0 + self.gap, self.offset))
+        parts = tuple(
+            part_of(name, nodes + place, triangles, h, particles_per_cell, (speed, 0.0))
+            for name, place, speed in zip(
+                ("moving", "resting"), places, (self.speed, 0.0), strict=True
+            )
+        )
+        return parts[::-1] if self.swapped else parts
+
+    def domain(self, resolution: int) -> Box:
+        h = 1.0 / resolution
+        room = math.ceil(self.room / h)
+        left, below = -room, -room + math.floor(min(self.offset, 0.0) / h)
+        right = room + math.ceil((2.0 + self.gap) / h)
+        above = room + math.ceil((1.0 + max(self.offset, 0.0)) / h)
+        cells = (right - left, above - below)
+        return Box((left * h, below * h), (right * h, above * h), cells)

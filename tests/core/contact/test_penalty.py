@@ -1,0 +1,94 @@
+"""`penalty`: forces are those of an energy, for segments and triangles, and friction stays below its bound."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mpmbench.core.bodies import Part, gather, surface_points
+from mpmbench.core.contact.penalty import Penalty, SurfaceContact
+from mpmbench.core.geometry import Box, Cloud
+from mpmbench.core.geometry.triangulate import extruded, unit_square
+from mpmbench.core.registry import get
+from tests.core.contact.checks import judge
+
+
+def two_blocks(dimension: int, friction: float = 0.0) -> tuple[Any, SurfaceContact]:
+    """Two blocks that overlap a little, with a state that knows no more than their surfaces."""
+    nodes, triangles = unit_square(3, crossed=False)
+    mesh = Cloud(nodes, triangles, 1.0 / 3.0)
+    if dimension == 3:
+        mesh = extruded(mesh, np.linspace(0.0, 1.0, 4))
+    shift = np.array([0.06, 0.97, 0.05])[:dimension]
+    other = Cloud(mesh.nodes + shift, mesh.simplices, mesh.spacing)
+    parts = [
+        Part(name, one, np.zeros((1, dimension)), np.ones(1), (0.0,) * dimension)
+        for name, one in (("a", mesh), ("b", other))
+    ]
+    law = get("material", "neo_hookean")(young_modulus=1.0, poisson_ratio=0.3, density=1.0)
+    bodies = gather(parts, law)
+    rng = np.random.default_rng(3)
+    x = np.vstack([np.zeros((2, dimension)), surface_points(parts)])
+    x += 0.004 * rng.standard_normal(x.shape)
+    particles = SimpleNamespace(x=x, v=np.zeros_like(x), dimension=dimension)
+    box = Box((0.0,) * dimension, (1.0,) * dimension, (3,) * dimension)
+    s = SimpleNamespace(particles=particles, bodies=bodies, geometry=box, time_step=0.0)
+    s.nodes = SimpleNamespace(v=np.zeros((1, dimension)))
+    return s, SurfaceContact(s, Penalty(friction=friction))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("dimension", (2, 3))
+def test_forces_are_the_gradient_of_the_energy(dimension: int) -> None:
+    s, contact = two_blocks(dimension)
+    contact._take(s)
+    assert contact.find(s, 0.0) and contact.energy[0] > 0.0
+    force, row = contact.force.copy(), contact.surface.row
+    assert np.count_nonzero(np.abs(force).sum(axis=1)) > 4
+    step, found = 1e-6, np.zeros_like(force)
+    for p, d in np.ndindex(*force.shape):
+        energies = []
+        for sign in (1.0, -1.0):
+            s.particles.x[row[p], d] += sign * step
+            energies.append(contact.stored(s))
+            s.particles.x[row[p], d] -= sign * step
+        found[p, d] = -(energies[0] - energies[1]) / (2.0 * step)
+    assert np.allclose(found, force, atol=1e-6 * np.abs(force).max())
+    assert np.allclose(force.sum(axis=0), 0.0, atol=1e-14)
+    arm = s.particles.x[row]
+    torque = np.einsum("pa,pb->ab", arm, force)
+    assert np.allclose(torque, torque.T, atol=1e-13)
+
+
+def test_friction_sticks_and_slides() -> None:
+    s, contact = two_blocks(2, friction=0.2)
+    contact._take(s)
+    contact.find(s, 0.0)
+    normal = contact.force.copy()
+    body = contact.surface.body
+    for speed, slides in ((1e-4, False), (1.0, True)):
+        contact.stuck[:] = 0.0
+        contact.v[body == 1, 0] = speed
+        contact.find(s, 1.0)
+        along = (contact.force - normal)[body == 1].sum(axis=0)
+        pressed = normal[body == 1].sum(axis=0)
+        bound = 0.2 * np.linalg.norm(pressed)
+        assert along[0] < 0.0
+        assert (abs(along[0]) > 0.9 * bound) == slides and abs(along[0]) < 1.05 * bound
+        assert (contact.energy[1] > 0.0) == slides
+
+
+@pytest.mark.parametrize(
+    ("method", "basis"),
+    (
+        ("otm", "lme"),
+        pytest.param("mpm", "linear", marks=pytest.mark.slow),
+        pytest.param("linear_fem", "linear", marks=pytest.mark.slow),
+    ),
+)
+def test_the_five_checks(method: str, basis: str) -> None:
+    found = judge("penalty", method, basis)
+    assert found.momentum < 1e-12 and found.order < 1e-12
+    assert found.kinetic > 0.8 and found.strain < 0.15 and found.energy < 0.04
+    assert found.inside == 0 and found.contact == 0.0
+    assert found.parted > 0.65 and found.tension < 1e-3
