@@ -21,6 +21,7 @@ from benchmarks.power import power
 from benchmarks.reference_numpy import numpy_step
 from benchmarks.roofline import roofline
 from benchmarks.scaling import scaling, sizes, users
+from benchmarks.taylor import taylor
 from mpmbench import case
 from mpmbench.core import registry
 from mpmbench.core.bases.grid.spline import TensorSpline
@@ -171,6 +172,7 @@ SECTIONS = {
         consistent_mass,
         family,
         transfers,
+        taylor,
         implicit,
         bar,
         start_up,
