@@ -27,6 +27,7 @@ VERBS = {
     "status": ("[FOLDER | FILE | KEY=VALUE]", "what is finished, stale, failed or missing"),
     "reproduce": ("PAPER", "run what is missing of a paper, then write its report"),
     "report": ("RESULTS", "write the report of a folder of results"),
+    "choose": ("problem=P error=E", "the cheapest stored run that is good enough, as a command"),
     "compare": ("A B", "what is better or worse in folder B than in A"),
     "merge": ("TARGET A B...", "results of several machines in one folder"),
     "rerun": ("FILE.nc [LIMIT=VALUE...]", "run again from a result file: is the same the result?"),

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from mpmbench.analysis.convergence import INTERVAL_MEANING
 from mpmbench.analysis.estimate import OrderEstimate
-from mpmbench.report import atlas, coincide, figures, profiles, style, tables
+from mpmbench.report import atlas, coincide, figures, matrix, profiles, style, tables
 from mpmbench.report.names import anchor, safe_name
 from mpmbench.report.series import Study, further_studies, orders_of, studies
 from mpmbench.report.tables import Table
@@ -101,6 +101,8 @@ def build(results: Path, output: Path | None = None) -> Path:
         for study in further_studies(campaign):
             section = next(one for one in sections if one.study.problem == study.problem)
             _further(section, study)
+        if matrix.wanted(campaign):
+            sections.insert(0, _overview(campaign, writer))
     for section in sections:
         for table in section.tables:
             writer.table(table)
@@ -213,6 +215,22 @@ def _unbroken(text: str) -> markupsafe.Markup:
     kept = [markupsafe.Markup('<span class="whole">{}</span>').format(part) for part in parts[1::2]]
     parts[1::2] = kept
     return markupsafe.Markup("").join(parts)
+
+
+def _overview(campaign: Campaign, writer: Writer) -> Section:
+    """All problems at once: who is best where, at equal cost."""
+    fields = matrix.fields_of(campaign)
+    entries = {field.problem: field.entries() for field in fields}
+    first = studies(campaign)[0]
+    section = Section("Everything against everything", first, writer)
+    for name, title, caption, figure in (
+        ("heat_map", "Error at equal cost", matrix.CAPTION, matrix.heat_map(entries)),
+        ("profile", "Profile over the problems", matrix.PROFILE, matrix.profile(entries)),
+    ):
+        section.pictures.append(writer.picture(f"matrix-{name}", title, caption, figure))
+    section.notes += [f"{field.problem}: {field.sentence()}" for field in fields]
+    section.tables.append(matrix.table(fields, entries))
+    return section
 
 
 def _section(study: Study, writer: Writer) -> Section:
