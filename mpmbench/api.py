@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
+from mpmbench.report.notebook import Result
 from mpmbench.results import netcdf
 from mpmbench.results.campaign import Cube, cube_of
 from mpmbench.results.identity import result_path
@@ -28,7 +28,7 @@ from mpmbench.settings.words import in_yaml
 SAY_AFTER, SAY_EVERY = 2.0, 5.0  # seconds: of a run before its first line, and between two
 
 
-def run(*overrides: str, **settings: Any) -> xr.Dataset:
+def run(*overrides: str, **settings: Any) -> Result:
     """Run one case, or read its result where there is one already.
 
     Parameters
@@ -40,8 +40,9 @@ def run(*overrides: str, **settings: Any) -> xr.Dataset:
 
     Returns
     -------
-    xarray.Dataset
-        What the result file holds, loaded; the attribute ``status`` is ``ok`` or says how the run
+    Result
+        An `xarray.Dataset` of what the result file holds, which shows itself in a notebook, and
+        any of its fields by ``show("von_mises")``; the attribute ``status`` is ``ok`` or says how the run
         failed, ``reason`` why, ``file`` where it lies. Times are numbers of seconds.
 
     Raises
@@ -70,7 +71,7 @@ def run(*overrides: str, **settings: Any) -> xr.Dataset:
             record = run_once(cell.config, cell.stamp, progress(file.stem))
         if record is not None and record.unwritten:
             raise OSError(record.unwritten)
-    return netcdf.load(file).assign_attrs(file=str(file))
+    return Result.of(netcdf.load(file)).assign_attrs(file=str(file))
 
 
 def sweep(*overrides: str, **settings: Any) -> Cube:

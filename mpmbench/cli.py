@@ -26,6 +26,8 @@ VERBS = {
     "list": ("[NAME]", "what there is, or what can be set for one option"),
     "status": ("[FOLDER | FILE | KEY=VALUE]", "what is finished, stale, failed or missing"),
     "reproduce": ("PAPER", "run what is missing of a paper, then write its report"),
+    "show": ("RESULT [FIELD]", "draw the particles of a result, coloured by a field"),
+    "animate": ("RESULT [FIELD]", "the same as a moving picture, GIF or MP4"),
     "report": ("RESULTS", "write the report of a folder of results"),
     "choose": ("problem=P error=E", "the cheapest stored run that is good enough, as a command"),
     "compare": ("A B", "what is better or worse in folder B than in A"),

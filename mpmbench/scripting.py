@@ -8,8 +8,6 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
-import xarray as xr
-
 from mpmbench.runs.process import environment
 
 environment.prepare(os.environ)  # where kernels are kept, before anything of theirs is imported
@@ -18,6 +16,7 @@ from mpmbench.case.output import measured  # noqa: E402
 from mpmbench.case.read import instantiate, plugin  # noqa: E402
 from mpmbench.core import simulation as solver  # noqa: E402
 from mpmbench.core.loops import find_loop  # noqa: E402
+from mpmbench.report.notebook import Result  # noqa: E402
 from mpmbench.settings.schema import BadInput, composed, did_you_mean, options  # noqa: E402
 
 
@@ -59,7 +58,7 @@ def simulate(
     time_step: float,
     end_time: float,
     snapshot_times: Iterable[float] = (),
-) -> xr.Dataset:
+) -> Result:
     """Simulate a body that was made in Python, in this process and without any file.
 
     Parameters
@@ -75,7 +74,7 @@ def simulate(
 
     Returns
     -------
-    xarray.Dataset
+    Result
         As that of `run`, without what only a problem knows: exact solutions and errors.
 
     Raises
@@ -101,4 +100,4 @@ def simulate(
     solver.simulate(first, time_step, min(time_step, end_time))
     compile_time = time.perf_counter() - started
     solution = solver.simulate(second, time_step, end_time, tuple(snapshot_times))
-    return measured(second, solution, compile_time)
+    return Result.of(measured(second, solution, compile_time))

@@ -23,3 +23,12 @@ def attributes_of(command: str, file: Path) -> dict[str, Any]:
         return read_attributes(file)
     except Damaged as damaged:
         raise BadInput(f"{command} {damaged}") from None
+
+
+def result_files(command: str, source: Path) -> list[Path]:
+    """One result file, or all of a folder; raises `BadInput` when there are none."""
+    if source.is_dir():
+        return results_in(command, source)
+    if not source.exists():
+        raise BadInput(f"{command} {source}: there is no such file or folder")
+    return [source]

@@ -66,7 +66,7 @@ def sources_hash(with_plugins: bool = True) -> str:
 def kernel_files() -> list[Path]:
     """Every file of the solver with compiled functions, or that such a file imports, in a fixed order."""
     ours = {str(file.relative_to(PACKAGE)): file for file in solver_files(with_plugins=False)}
-    text = {name: file.read_text() for name, file in ours.items()}
+    text = {name: file.read_text(encoding="utf-8") for name, file in ours.items()}
     waiting = [name for name in ours if COMPILES.search(text[name])]
     found: set[str] = set()
     while waiting:

@@ -1,7 +1,8 @@
 """The plain, checked configuration of one run."""
 
+import math
 import re
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Iterator
 from typing import Any
 
 from mpmbench.core.registry import names, plugin_files
@@ -9,6 +10,8 @@ from mpmbench.core.setting import did_you_mean
 from mpmbench.settings.declarations import declaration
 from mpmbench.settings.schema import (
     GROUPS,
+    INSTANTS,
+    MOST_INSTANTS,
     NO_TEXT,
     PROBLEM_DEFAULTS,
     TOP_LEVEL,
@@ -49,12 +52,38 @@ def fill(
     config.pop("experiments", None)
     if config.get("campaign") is None:
         config["campaign"] = experiment or "default"
+    short = {key: cast_to(cast, key, config.pop(key, None)) for key, cast in INSTANTS.items()}
     checked, reason = check_types(config, given)
     end_time = checked["end_time"]
+    added = instants(end_time, **short)
+    checked["snapshot_times"] = sorted({*checked["snapshot_times"], *added})
     for instant in checked["snapshot_times"]:
         if instant > end_time * (1.0 + 1e-12):
             raise BadInput(f"snapshot_times = {instant:g}: it comes after end_time = {end_time:g}")
     return checked, reason
+
+
+def instants(
+    end_time: float, snapshots: int | None, snapshot_every: float | None
+) -> Iterator[float]:
+    """Instants [s] between the start and the end, in so many equal parts, and so far apart.
+
+    Raises `BadInput` when they are further apart than the end, or more than can be kept.
+    """
+    yield from (end_time * k / snapshots for k in range(1, snapshots or 0) if snapshots)
+    if snapshot_every is None:
+        return
+    if snapshot_every > end_time:
+        raise BadInput(
+            f"snapshot_every = {snapshot_every:g}: it is more than end_time = {end_time:g}"
+        )
+    number = math.ceil(end_time / snapshot_every * (1.0 - 1e-12))
+    if number > MOST_INSTANTS:
+        raise BadInput(
+            f"snapshot_every = {snapshot_every:g} with end_time = {end_time:g}: these are {number} "
+            f"instants, and at most {MOST_INSTANTS} can be kept"
+        )
+    yield from (snapshot_every * k for k in range(1, number))
 
 
 def cast_to(cast: Callable[[Any], Any], key: str, value: Any) -> Any:

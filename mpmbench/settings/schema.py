@@ -171,11 +171,26 @@ TOP_LEVEL: dict[str, Callable[[Any], Any]] = {
     "limits.memory": Setting(None, "of one run", unit="MiB", above=0.0).cast,
 }
 
+MOST_INSTANTS = 10_000
+
+
+def how_many(value: Any) -> int | None:
+    """Null or a whole number of parts of the simulated time."""
+    found = None if value is None else Setting(1, "parts", least=1, most=MOST_INSTANTS).cast(value)
+    return found  # type: ignore[no-any-return]
+
+
+# Short for a list of instants: they add to snapshot_times, and a result keeps these only.
+INSTANTS: dict[str, Callable[[Any], Any]] = {
+    "snapshots": how_many,
+    "snapshot_every": Setting(None, "between two", unit="s", above=0.0).cast,
+}
+
 
 def all_keys() -> list[str]:
     """Every key that can stand on the command line."""
     below = [f"{group}.{key}" for group in GROUPS for key in sorted(declared_anywhere(group))]
-    return [*GROUPS, "experiments", *TOP_LEVEL, *below]
+    return [*GROUPS, "experiments", *TOP_LEVEL, *INSTANTS, *below]
 
 
 def unknown_key(key: str, given: str | None = None) -> BadInput:

@@ -23,6 +23,7 @@ ALIKE = [
     "experiments=quickstart campaign=mine",
     "method=otm method.transfer=flip basis.d_max=2.5 basis.prior=gaussian",
     "experiments=quickstart time_step=2e-5",
+    "snapshots=3 end_time=0.3",
 ]
 
 
@@ -64,6 +65,17 @@ def test_a_key_of_another_option_is_wrong_in_a_run_and_does_not_apply_in_a_sweep
     assert found == [
         (2, "basis=linear has no degree"), (3, "basis=linear has no degree"), (2, ""), (3, ""),
     ]  # fmt: skip
+
+
+def test_short_words_for_instants_give_the_same_run():
+    lines = (
+        "end_time=0.5 snapshots=4 snapshot_times=[0.1]",
+        "end_time=0.5 snapshot_every=0.125 snapshot_times=[0.1]",
+        "end_time=0.5 snapshot_times=[0.1,0.125,0.25,0.375]",
+    )
+    found = [config for config, _ in compose_many([line.split() for line in lines])]
+    assert found[0] == found[1] == found[2]
+    assert found[0]["snapshot_times"] == [0.1, 0.125, 0.25, 0.375]
 
 
 CELLS = {
