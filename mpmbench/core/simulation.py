@@ -12,7 +12,6 @@ from mpmbench.core.bases.affine import AffineGradients
 from mpmbench.core.bases.frozen import FrozenBasis
 from mpmbench.core.bases.grid.product import GridBasis, count_crossings
 from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.bases.parted import own_functions
 from mpmbench.core.bodies import Part, audit, gather, owners
 from mpmbench.core.compiled import threads
 from mpmbench.core.contact import ContactRule
@@ -118,9 +117,11 @@ def build_state(
     basis = basis.suited_to(choices)
     moving = (choices.moving and not choices.frozen) or deformed
     bodies = gather(body.parts, material)
-    if body.parts and rule.own_nodes:
-        own = [part.mesh for part in body.parts] if choices.on_body else [body.geometry]
-        functions = own_functions(basis, own, bodies.particle, bodies.count, moving)
+    if body.parts:
+        meshes = [part.mesh for part in body.parts]
+        functions = rule.functions(
+            basis, body.geometry, meshes if choices.on_body else [], bodies.particle, moving
+        )
     else:
         functions = basis.build(body.geometry, len(p.x), moving)
     complete(type(functions), Basis)

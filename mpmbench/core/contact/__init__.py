@@ -11,7 +11,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from mpmbench.core.bases import Basis, BasisSettings
+from mpmbench.core.bases.parted import own_functions
 from mpmbench.core.errors import NotApplicable
+from mpmbench.core.geometry import Cloud, Geometry
 from mpmbench.core.setting import Settings
 
 if TYPE_CHECKING:
@@ -55,15 +58,38 @@ class ContactRule(Settings):
     own_nodes : bool
         Particles see nodes of their own body only: where nodes move those of the body, else a copy
         of all nodes for each body.
-    drift : float
-        Bound of the change of momentum that the rule claims, over the largest momentum of a body.
     """
 
     own_nodes: ClassVar[bool] = True
-    drift: ClassVar[float] = 1e-12
 
     def check(self, case: Any, parts: "Sequence[Part]") -> None:
         """Raise `NotApplicable` for a method, basis or bodies that the rule cannot do."""
+
+    def functions(
+        self,
+        basis: BasisSettings,
+        place: Geometry,
+        meshes: Sequence[Cloud],
+        body: np.ndarray,
+        moving: bool,
+    ) -> Basis:
+        """The shape functions that particles see.
+
+        Parameters
+        ----------
+        basis : BasisSettings
+        place : Geometry
+            All nodes.
+        meshes : sequence of Cloud
+            Those of each body, where nodes are those of bodies.
+        body : ndarray of int
+            Body of each particle and tracer, shape (P,).
+        moving : bool
+            Nodes will move.
+        """
+        if self.own_nodes:
+            return own_functions(basis, meshes or [place], body, int(body.max()) + 1, moving)
+        return basis.build(place, len(body), moving)
 
     def build(self, s: "State") -> Contact:
         """What acts in the steps of this simulation."""

@@ -24,6 +24,7 @@ from mpmbench.core.setting import setting
 # Of a search radius whose nodes do not surround their point.
 LARGEST_ENLARGEMENT = 2.0
 ENLARGEMENT = 1.15  # at each attempt
+NO_SUPPORT = 1e-100  # radius of a node that nobody sees [m]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,6 +102,16 @@ class EntropyBasis(Basis):
         self._particles = particles
         solid = particles.material  # tracers are not strained: theirs is the nearest one's
         self._nearest = np.asarray(cKDTree(particles.X[solid]).query(particles.X[solid.stop :])[1])
+
+    def admit(self, admitted: Callable[[np.ndarray], np.ndarray]) -> None:
+        """See only the nodes that ``admitted(nodes)`` marks, shape (N,) of bool; it is asked after each move."""
+        supports = self._supports
+
+        def of_admitted(nodes: np.ndarray) -> np.ndarray:
+            return np.where(admitted(nodes), supports(nodes), NO_SUPPORT)
+
+        self._supports = of_admitted
+        self.move(np.zeros_like(self.nodes))
 
     def evaluate(self, x: np.ndarray) -> Stencils:
         """As any basis; where locality follows the deformation, that of the nearest particle."""

@@ -1,0 +1,42 @@
+"""Two neo-Hookean rings that fly at each other, flatten and rebound.
+
+Rings of radii 3 and 4 m around (-5, 0) and (5, 0) m, with the velocities 30 and -30 m/s: a tenth of the
+speed of waves. By geometry they touch at 1/30 s. Their kinetic energy is 1.979e7 J per metre of
+thickness. Single-field methods on scattered points have 0.91e7 (pic) to 1.57e7 J (flip) as the total
+energy at 0.2 s, where nothing is lost in fact.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from mpmbench.core.bodies import Part
+from mpmbench.core.geometry import Box
+from mpmbench.core.geometry.triangulate import annulus
+from mpmbench.core.registry import register
+from mpmbench.core.setting import setting
+from mpmbench.problems.collision import Collision, part_of
+
+INNER, OUTER, CENTRE = 3.0, 4.0, 5.0  # [m]
+SIDE, HEIGHT = 12, 7  # of the grid, to each side of the origin [m]
+
+
+@register("problem", "elastic_rings")
+@dataclass(frozen=True)
+class ElasticRings(Collision):
+    """Two elastic rings that collide and rebound; energy is conserved."""
+
+    speed: float = setting(30.0, "of each ring", unit="m/s", above=0.0)
+    reference_length: ClassVar[float] = 1.0
+
+    def bodies(self, resolution: int, particles_per_cell: int) -> tuple[Part, ...]:
+        nodes, triangles = annulus(INNER, OUTER, resolution)
+        h = (OUTER - INNER) / resolution
+        left, right = [-CENTRE, 0.0], [CENTRE, 0.0]
+        return (
+            part_of("left", nodes + left, triangles, h, particles_per_cell, (self.speed, 0.0)),
+            part_of("right", right - nodes, triangles, h, particles_per_cell, (-self.speed, 0.0)),
+        )
+
+    def domain(self, resolution: int) -> Box:
+        cells = (2 * SIDE * resolution, 2 * HEIGHT * resolution)
+        return Box((-SIDE, -HEIGHT), (SIDE, HEIGHT), cells)

@@ -1,0 +1,51 @@
+"""Bodies that collide: what they start with, and that they collide as they should."""
+
+import numpy as np
+import pytest
+
+from mpmbench import case
+from mpmbench.core.bodies import Part, inertia
+from tests.core.support import compose
+
+
+def start_of(problem: str, **changes: object) -> tuple[np.ndarray, np.ndarray, float, int]:
+    """Momentum, angular momentum and kinetic energy at the start, and the number of bodies."""
+    state = case.build(case.read(compose(problem, "mpm", "linear", **changes)))
+    p = state.particles
+    momentum, spin, _ = inertia(p.m, p.x, p.v)
+    return momentum, spin, 0.5 * float(p.m @ np.sum(p.v**2, axis=1)), state.bodies.count
+
+
+def test_six_cubes_have_the_numbers_of_the_thesis() -> None:
+    momentum, spin, energy, count = start_of("six_cubes")
+    assert count == 6
+    assert energy == pytest.approx(93_996.0, rel=1e-12)
+    assert np.allclose(momentum, [0.0, -31_332.0], atol=1e-7)
+    assert spin[2] == pytest.approx(-78_330.0, rel=1e-12)
+    parts = case.read(compose("six_cubes", "mpm", "linear")).problem.bodies(8, 1)
+    assert {(len(part.mesh.nodes), len(part.X)) for part in parts} == {(145, 256)}
+
+
+def test_disks_and_rings_have_the_energy_of_round_ones() -> None:
+    _, spin, energy, _ = start_of("colliding_disks", resolution=80)
+    assert energy == pytest.approx(2.513274, rel=6e-3) and energy < 2.513274
+    assert np.abs(spin).max() < 1e-12
+    _, _, energy, count = start_of("elastic_rings")
+    assert count == 2 and energy == pytest.approx(1.979e7, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    "problem", ("two_squares", "six_cubes", "colliding_disks", "elastic_rings")
+)
+def test_surfaces_are_closed_and_point_outwards(problem: str) -> None:
+    for part in case.read(compose(problem, "mpm", "linear")).problem.bodies(5, 1):
+        area, perimeter = enclosed(part)
+        assert area == pytest.approx(part.V0.sum(), rel=1e-12)
+        assert part.surface.area.sum() == pytest.approx(perimeter, rel=1e-12)
+
+
+def enclosed(part: Part) -> tuple[float, float]:
+    """Area within the surface by its boundary integral, and the length of the surface."""
+    a, b = (part.mesh.nodes[part.surface.row[part.surface.facet[:, k]]] for k in (0, 1))
+    area = 0.5 * float(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]))
+    return area, float(np.linalg.norm(b - a, axis=1).sum())
