@@ -24,7 +24,7 @@ def build(case: Case) -> State:
     problem, material = case.problem, case.material
     parts = bodies_of(case)
     if parts:
-        particles = particles_of(parts, material)
+        particles = particles_of(parts, material, case.contact.surface_of_nodes(case.choices))
     else:
         X, V0 = problem.seed(case.resolution, case.particles_per_cell)
         X = problem.place(X, case.resolution, case.choices)

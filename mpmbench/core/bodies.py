@@ -70,7 +70,7 @@ class Bodies:
     node : ndarray of int
         Body of each node, shape (N,); -1 where nodes are there for all bodies.
     surface : Surface
-        Of all bodies; its points are tracers, which are carried along.
+        Of all bodies; its points are nodes that move, or tracers, which are carried along.
     """
 
     names: tuple[str, ...]
@@ -112,35 +112,41 @@ class Bodies:
         return ranges
 
 
-def gather(parts: Sequence[Part], material: Material) -> Bodies:
-    """Who is whose among the particles of these bodies and the points of their surfaces; none are no bodies."""
+def gather(parts: Sequence[Part], material: Material, on_nodes: bool) -> Bodies:
+    """Who is whose among the particles of these bodies and the points of their surfaces; none are no bodies.
+
+    These points are nodes (`on_nodes`), or tracers behind the particles.
+    """
     if not parts:
         return Bodies((), (), np.zeros(1, dtype=np.int64), np.zeros(0, dtype=np.int64))
-    solid = [len(part.X) for part in parts]
-    points = [len(part.surface.row) for part in parts]
-    first = np.cumsum([0, *solid])
-    owner = np.concatenate([np.repeat(np.arange(len(parts)), n) for n in (solid, points)])
-    rows = first[-1] + np.cumsum([0, *points])[:-1]
-    surfaces = [
-        replace(part.surface, row=np.arange(n)) for part, n in zip(parts, points, strict=True)
-    ]
+    solid, each = [len(part.X) for part in parts], np.arange(len(parts))
+    first, owner = np.cumsum([0, *solid]), np.repeat(each, solid)
+    surfaces = [part.surface for part in parts]
+    if on_nodes:
+        rows = np.cumsum([0, *(len(part.mesh.nodes) for part in parts)])[:-1]
+    else:
+        points = [len(one.row) for one in surfaces]
+        rows = first[-1] + np.cumsum([0, *points])[:-1]
+        owner = np.concatenate([owner, np.repeat(each, points)])
+        surfaces = [replace(one, row=np.arange(len(one.row))) for one in surfaces]
+    surface = joined(surfaces, rows.tolist(), on_nodes)
     names, materials = zip(*((part.name, part.material or material) for part in parts), strict=True)
-    return Bodies(names, materials, first, owner, surface=joined(surfaces, rows.tolist()))
+    return Bodies(names, materials, first, owner, surface=surface)
 
 
-def particles_of(parts: Sequence[Part], material: Material) -> Particles:
-    """Particles of all bodies at the start, and behind them the points of their surfaces."""
+def particles_of(parts: Sequence[Part], material: Material, on_nodes: bool) -> Particles:
+    """Particles of all bodies at the start, and behind them the points of their surfaces unless these are nodes."""
     made = [part.material or material for part in parts]
     X, V0 = np.vstack([part.X for part in parts]), np.concatenate([part.V0 for part in parts])
     p = Particles.at_rest(
         X,
         V0,
         1.0,
-        surface_points(parts),
+        None if on_nodes else surface_points(parts),
         max(one.history for one in made),
         any(one.rate_dependent for one in made),
     )
-    bodies = gather(parts, material)
+    bodies = gather(parts, material, on_nodes)
     for b, (part, one) in enumerate(zip(parts, made, strict=True)):
         p.v[bodies.particle == b] = part.velocity
         p.m[bodies.particles(b)] *= one.density

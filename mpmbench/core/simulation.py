@@ -116,7 +116,7 @@ def build_state(
     complete(type(basis), BasisSettings)
     basis = basis.suited_to(choices)
     moving = (choices.moving and not choices.frozen) or deformed
-    bodies = gather(body.parts, material)
+    bodies = gather(body.parts, material, rule.surface_of_nodes(choices))
     if body.parts:
         meshes = [part.mesh for part in body.parts]
         functions = rule.functions(

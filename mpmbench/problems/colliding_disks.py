@@ -20,8 +20,6 @@ from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
 from mpmbench.problems.collision import Collision, part_of
 
-NOTICED = 1e-3  # of the largest strain energy: the disks have met
-
 
 @register("problem", "colliding_disks")
 @dataclass(frozen=True)
@@ -65,9 +63,6 @@ class CollidingDisks(Collision):
         time, strain, kinetic = (
             np.array(solution.history[name]) for name in ("time", "strain_energy", "kinetic_energy")
         )
-        met = np.flatnonzero(strain > NOTICED * strain.max())
-        text = "instant at which the strain energy is a thousandth of its largest value"
-        out["first_contact"] = (float(time[met[0]]) if len(met) else np.nan, "s", text)
         text = "instant of the largest strain energy"
         out["strain_energy_max_time"] = (float(time[np.argmax(strain)]), "s", text)
         out["kinetic_energy_min"] = (float(kinetic.min()), "J", "smallest kinetic energy")

@@ -16,6 +16,7 @@ from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
 from mpmbench.problems import Problem
 
+NOTICED = 1e-3  # of the largest momentum of a body: bodies have met
 LAST = 0.2  # of the run, over which what is locked is averaged
 
 
@@ -97,15 +98,18 @@ class Collision(Problem):
                 "largest strain energy",
             ),
         }
-        mass = self.body_masses(solution)
+        mass, momentum = solution.body_masses, series["body_momentum"]
         for b in range(min(2, len(mass))):
-            speed = float(series["body_momentum"][-1, b, 0] / mass[b])
+            speed = float(momentum[-1, b, 0] / mass[b])
             out[f"velocity_{b + 1}"] = (speed, "m/s", f"mean velocity of body {b + 1} along x_1")
+        change = np.linalg.norm(momentum - momentum[0], axis=2).max(axis=1)
+        met = np.flatnonzero(change > NOTICED * np.linalg.norm(momentum[0], axis=1).max())
+        text = "instant at which a thousandth of the largest momentum has changed its body"
+        out["first_contact"] = (float(series["time"][met[0]]) if len(met) else np.nan, "s", text)
+        if len(mass) == 2:
+            text = "speed of separation that bodies lose again, over that of approach"
+            out["pulled_back"] = (pulled_back(momentum / np.array(mass)[:, None]), "1", text)
         return out
-
-    def body_masses(self, solution: Solution) -> np.ndarray:
-        """Masses of the bodies [kg], shape (B,)."""
-        return np.array(solution.body_masses)
 
 
 def part_of(
@@ -125,7 +129,7 @@ def captured(s: State) -> int:
     """Number of particles, and of nodes where they move, that lie inside the surface of another body."""
     p, bodies, surface = s.particles, s.bodies, s.bodies.surface
     on_nodes = s.choices.moving and not s.choices.frozen
-    places = p.x[surface.row]
+    places = (s.basis.nodes if surface.on_nodes else p.x)[surface.row]
     found = 0
     for b in range(bodies.count):
         corners = places[surface.facet[surface.body[surface.facet[:, 0]] == b]]
@@ -138,6 +142,18 @@ def captured(s: State) -> int:
             if boxes_meet(points, corners.reshape(-1, 2)):
                 found += int(np.count_nonzero(inside_polygons(points, corners)))
     return found
+
+
+def pulled_back(velocity: np.ndarray) -> float:
+    """Largest speed of separation of two bodies minus the last one, over the speed of approach.
+
+    Velocities have the shape (time, 2, dim) [m/s]. Bodies that have parted exchange no momentum, so
+    that it is 0.
+    """
+    between = velocity[:, 1] - velocity[:, 0]
+    approach = float(np.linalg.norm(between[0]))
+    apart = between @ (-between[0] / approach)
+    return float(apart.max() - apart[-1]) / approach
 
 
 def locked_energy(series: dict[str, np.ndarray]) -> float:

@@ -5,6 +5,7 @@ import pytest
 
 from mpmbench import case
 from mpmbench.core.bodies import Part, inertia
+from mpmbench.problems.collision import locked_energy, pulled_back
 from tests.core.support import compose
 
 
@@ -49,3 +50,19 @@ def enclosed(part: Part) -> tuple[float, float]:
     a, b = (part.mesh.nodes[part.surface.row[part.surface.facet[:, k]]] for k in (0, 1))
     area = 0.5 * float(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]))
     return area, float(np.linalg.norm(b - a, axis=1).sum())
+
+
+def test_what_is_locked_and_pulled_back() -> None:
+    time = np.linspace(0.0, 1.0, 2001)
+    swing = 0.5 * (1.0 + np.cos(400.0 * time))
+    series = {
+        "time": time,
+        "strain_energy": 3.0 + 2.0 * swing,
+        "body_vibration_energy": np.stack([2.0 * (1.0 - swing), 0.0 * time], axis=1),
+    }
+    assert locked_energy(series) == pytest.approx(3.0, abs=0.02)
+    velocity = np.zeros((4, 2, 2))
+    velocity[:, 0, 0], velocity[:, 1, 0] = [2.0, 1.0, 0.1, 0.4], [0.0, 1.0, 1.9, 1.6]
+    assert pulled_back(velocity) == pytest.approx(0.3)
+    velocity[3] = velocity[2]
+    assert pulled_back(velocity) == 0.0

@@ -13,6 +13,7 @@ import numpy as np
 
 from mpmbench.core.bases import Basis, BasisSettings
 from mpmbench.core.bases.parted import own_functions
+from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Cloud, Geometry
 from mpmbench.core.setting import Settings
@@ -58,12 +59,20 @@ class ContactRule(Settings):
     own_nodes : bool
         Particles see nodes of their own body only: where nodes move those of the body, else a copy
         of all nodes for each body.
+    at_surfaces : bool
+        The rule acts at points of surfaces, which are carried along as tracers; else surfaces are
+        looked at only, and those of moving nodes are nodes.
     """
 
     own_nodes: ClassVar[bool] = True
+    at_surfaces: ClassVar[bool] = False
 
     def check(self, case: Any, parts: "Sequence[Part]") -> None:
         """Raise `NotApplicable` for a method, basis or bodies that the rule cannot do."""
+
+    def surface_of_nodes(self, choices: Choices) -> bool:
+        """Whether the points of surfaces are nodes of this method, and not tracers."""
+        return choices.moving and not choices.frozen and not self.at_surfaces
 
     def functions(
         self,

@@ -19,7 +19,7 @@ impulses are found together, in no order.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -48,6 +48,7 @@ class MultiField(ContactRule):
         "bodies meet when their surfaces do, or when they see the same node",
         options=("corrected", "ignored"),
     )
+    at_surfaces: ClassVar[bool] = True
 
     def check(self, case: Any, parts: Sequence[Part]) -> None:
         """Refuse nodes that are no grid, and masses by which impulses cannot be shared out."""

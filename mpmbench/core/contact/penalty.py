@@ -18,7 +18,7 @@ force exceeds mu times the normal one.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -54,6 +54,7 @@ class Penalty(ContactRule):
         above=0.0,
         most=5.0,
     )
+    at_surfaces: ClassVar[bool] = True
 
     def check(self, case: Any, parts: Sequence[Part]) -> None:
         """Refuse bodies on a line, which have no facets."""

@@ -22,12 +22,15 @@ class Surface:
         body on their left, triangles counter-clockwise seen from outside.
     area : ndarray
         Share of each point in the surface at the start [m^(dim - 1)], shape (S,).
+    on_nodes : bool
+        Rows are those of nodes, which move with the body.
     """
 
     row: np.ndarray
     body: np.ndarray
     facet: np.ndarray
     area: np.ndarray
+    on_nodes: bool = True
 
     @classmethod
     def none(cls) -> "Surface":
@@ -68,7 +71,7 @@ def surface_of(mesh: Cloud) -> Surface:
     return Surface(row, np.zeros(len(row), dtype=np.int64), facet, area)
 
 
-def joined(surfaces: list[Surface], first: list[int]) -> Surface:
+def joined(surfaces: list[Surface], first: list[int], on_nodes: bool) -> Surface:
     """The surfaces of all bodies as one; `first` is where the rows of each begin."""
     points = np.cumsum([0, *(len(one.row) for one in surfaces)])
     return Surface(
@@ -76,6 +79,7 @@ def joined(surfaces: list[Surface], first: list[int]) -> Surface:
         np.concatenate([np.full(len(one.row), b) for b, one in enumerate(surfaces)]),
         np.vstack([one.facet + start for one, start in zip(surfaces, points, strict=False)]),
         np.concatenate([one.area for one in surfaces]),
+        on_nodes,
     )
 
 

@@ -27,7 +27,7 @@ def two_blocks(dimension: int, friction: float = 0.0) -> tuple[Any, SurfaceConta
         for name, one in (("a", mesh), ("b", other))
     ]
     law = get("material", "neo_hookean")(young_modulus=1.0, poisson_ratio=0.3, density=1.0)
-    bodies = gather(parts, law)
+    bodies = gather(parts, law, on_nodes=False)
     rng = np.random.default_rng(3)
     x = np.vstack([np.zeros((2, dimension)), surface_points(parts)])
     x += 0.004 * rng.standard_normal(x.shape)
