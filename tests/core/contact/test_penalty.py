@@ -8,8 +8,10 @@ import pytest
 
 from mpmbench.core.bodies import Part, gather, surface_points
 from mpmbench.core.contact.penalty import Penalty, SurfaceContact
+from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box, Cloud
 from mpmbench.core.geometry.triangulate import extruded, unit_square
+from mpmbench.core.particles import Particles
 from mpmbench.core.registry import get
 from tests.core.contact.checks import judge
 
@@ -92,3 +94,18 @@ def test_the_five_checks(method: str, basis: str) -> None:
     assert found.kinetic > 0.8 and found.strain < 0.15 and found.energy < 0.04
     assert found.inside == 0 and found.contact == 0.0
     assert found.parted > 0.65 and found.tension < 1e-3
+
+
+def test_a_surface_point_without_functions_goes_with_the_nearest_node() -> None:
+    basis = get("basis", "lme")().build(Box((0.0, 0.0), (1.0, 1.0), (4, 4)), 3, True)
+    X = np.array([[0.4, 0.4], [0.6, 0.6]])
+    p = Particles.at_rest(X, np.ones(2), 1.0, tracers=np.array([[1.001, 0.26]]))
+    basis.follow(p)
+    basis.locate(p.x)
+    phi = basis.handle
+    assert phi.size[0] > 3 and phi.size[2] == 1 and phi.phi[2, 0] == 1.0
+    assert basis.nodes[phi.index[2, 0]].tolist() == [1.0, 0.25]
+    assert not phi.grad_phi[2, 0].any()
+    p.x[0] = 1.001, 0.26
+    with pytest.raises(BrokeDown):
+        basis.locate(p.x)

@@ -46,6 +46,13 @@ class EntropySettings(BasisSettings):
     promises: ClassVar[Promises] = Promises(kronecker="hull", gradient_on_hull=False)
 
 
+def hold_by_nearest(nodes: np.ndarray, x: np.ndarray, point: int, stored: Stencils) -> None:
+    """Store the nearest node alone for a massless point without functions, which must not end a run."""
+    nearest = int(np.argmin(np.sum((nodes - x[point]) ** 2, axis=1)))
+    stored.size[point], stored.index[point, 0] = 1, nearest
+    stored.phi[point, 0], stored.grad_phi[point, 0] = 1.0, 0.0
+
+
 class EntropyBasis(Basis):
     """Maximum-entropy functions with a radial prior on a set of nodes.
 
@@ -99,6 +106,7 @@ class EntropyBasis(Basis):
         self._particles: Particles | None = None
 
     def follow(self, particles: Particles) -> None:
+        """As any basis; massless points that find no functions at the hull go with their nearest node."""
         self._particles = particles
         solid = particles.material  # tracers are not strained: theirs is the nearest one's
         self._nearest = np.asarray(cKDTree(particles.X[solid]).query(particles.X[solid.stop :])[1])
@@ -195,15 +203,24 @@ class EntropyBasis(Basis):
     ) -> Stencils:
         ends = [(DONE, -1, 0)] * len(threads.chunks(len(x)))
 
+        growth = cloud.metric.growth
+        tracers = len(x)
+        if iterations is self.iterations and self._particles is not None:
+            tracers = self._particles.material.stop
+
         def part(c: int, start: int, stop: int) -> None:
-            work = make_work(cloud)
-            ends[c] = evaluate_range(cloud, work, x, start, stop, stored, iterations)
-            while ends[c][0] in (OUTSIDE, FLAT) and ends[c][1] < len(cloud.metric.growth):
-                p = ends[c][1]
-                cloud.metric.growth[p] *= ENLARGEMENT
-                if cloud.metric.growth[p] > LARGEST_ENLARGEMENT:
+            work, at = make_work(cloud), start
+            while True:
+                ends[c] = evaluate_range(cloud, work, x, at, stop, stored, iterations)
+                status, at, _ = ends[c]
+                if status in (OUTSIDE, FLAT) and at < len(growth):
+                    growth[at] *= ENLARGEMENT
+                    if growth[at] <= LARGEST_ENLARGEMENT:
+                        continue
+                if status in (DONE, TOO_NARROW) or at < tracers:
                     return
-                ends[c] = evaluate_range(cloud, work, x, p, stop, stored, iterations)
+                hold_by_nearest(self.nodes, x, at, stored)
+                at += 1
 
         threads.run(part, len(x))
         failed = [end for end in ends if end[0] != DONE]
