@@ -25,7 +25,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mpmbench.core.compiled import answers_by_default, compiled, implements, matrix, vector
+from mpmbench.core.compiled import (
+    answers_by_default,
+    compiled,
+    implements,
+    inlined,
+    matrix,
+    vector,
+)
 from mpmbench.core.compiled.algebra import divide_by
 from mpmbench.core.compiled.rows import LANES, add_multiple, fill_row
 
@@ -134,59 +141,89 @@ def interpolate(phi, at, start, n, work, nodes, fields):
                 fields[(2 + d) * dim + e, b] = sums[1 + e, d]
 
 
-@answers_by_default
-def take_affine(phi, at, start, n, work, nodes, places, v_i, fields):
-    """Write ``sum_i phi_i v_i (x) (x_i - x)`` at n points of a batch from `start` on to rows ``d dim + e`` of `fields`.
+class Affine(NamedTuple):
+    """The affine parts of the fields around particles.
 
-    The points, all `at` one place, lie among the `nodes`, shape (N, dim), where the rows of `places` say.
+    Attributes
+    ----------
+    affine : ndarray
+        One matrix per particle, shape (P, dim, dim): A, or ``B = A D``.
+    among, nodes : ndarray
+        Places of the particles among those of the nodes [m], shapes (P, dim) and (N, dim).
+    moments : bool
+        It is B, with ``D = sum_i phi_i (x_i - x) (x) (x_i - x)``.
     """
-    dim = len(phi.axes)
-    grad_phi = vector(phi.axes)
-    for b in range(start, start + n):
-        for r in range(dim * dim):
-            fields[r, b] = 0.0
-        for k in range(count(phi, at)):
-            phi_i = value(phi, at, k, work, grad_phi)
-            i = index(phi, at, k)
-            for e in range(dim):
-                moment = phi_i * (nodes[i, e] - places[e, b])
-                for d in range(dim):
-                    fields[d * dim + e, b] += v_i[i, d] * moment
+
+    affine: np.ndarray
+    among: np.ndarray
+    nodes: np.ndarray
+    moments: bool
 
 
 @answers_by_default
-def spread_affine(phi, at, start, n, work, nodes, places, moments, lanes, columns, sums, touched):
-    """Add ``phi_i A (x_i - x)`` of n points, as in `take_affine`, to the first columns of `sums`, shape (N, lanes).
+def take_affine(phi, at, p, n, work, part, v_i):
+    """Write ``sum_i phi_i v_i (x) (x_i - x)`` of n particles from `p` on to ``part.affine``.
 
-    A, row ``d dim + e`` of `columns`, is first multiplied by ``D^-1`` from the right if it is one of
-    `moments`, with ``D = sum_i phi_i (x_i - x) (x) (x_i - x)``; `touched` is widened as in `spread`.
+    They are all `at` one place, and are those of the last call of `interpolate`.
     """
+    for q in range(p, p + n):
+        take_one(phi, at, q, work, part, v_i)
+
+
+@inlined
+def take_one(phi, at, q, work, part, v_i):
+    """The same for the particle `q`, which was located last."""
+    dim, grad_phi = len(phi.axes), vector(phi.axes)
+    for d in range(dim):
+        for e in range(dim):
+            part.affine[q, d, e] = 0.0
+    for k in range(count(phi, at)):
+        phi_i = value(phi, at, k, work, grad_phi)
+        i = index(phi, at, k)
+        for e in range(dim):
+            moment = phi_i * (part.nodes[i, e] - part.among[q, e])
+            for d in range(dim):
+                part.affine[q, d, e] += v_i[i, d] * moment
+
+
+@answers_by_default
+def spread_affine(phi, at, p, n, work, part, m, column, sums):
+    """Add ``m phi_i A (x_i - x)`` of n particles from `p` on to the columns from `column` on of `sums`.
+
+    They are all `at` one place, and are those of the last call of `spread`.
+    """
+    for q in range(p, p + n):
+        spread_one(phi, at, q, work, part, m, column, sums)
+
+
+@inlined
+def spread_one(phi, at, q, work, part, m, column, sums):
+    """The same for the particle `q`, which was located last."""
     dim = len(phi.axes)
     grad_phi, arm = vector(phi.axes), vector(phi.axes)
     A, D = matrix(phi.axes, phi.axes), matrix(phi.axes, phi.axes)
-    for b in range(start, start + n):
-        for d in range(dim):
-            for e in range(dim):
-                A[d, e], D[d, e] = columns[d * dim + e, b], 0.0
-        if moments:
-            farthest = 0.0
-            for k in range(count(phi, at)):
-                phi_i = value(phi, at, k, work, grad_phi)
-                i = index(phi, at, k)
-                for d in range(dim):
-                    arm[d] = nodes[i, d] - places[d, b]
-                    farthest = max(farthest, arm[d] * arm[d])
-                for d in range(dim):
-                    for e in range(d + 1):
-                        D[d, e] += phi_i * arm[d] * arm[e]
-            divide_by(phi.axes, D, FLAT * farthest, A)
+    for d in range(dim):
+        for e in range(dim):
+            A[d, e], D[d, e] = m[q] * part.affine[q, d, e], 0.0
+    if part.moments:
+        farthest = 0.0
         for k in range(count(phi, at)):
             phi_i = value(phi, at, k, work, grad_phi)
             i = index(phi, at, k)
             for d in range(dim):
-                for e in range(dim):
-                    sums[i, d] += phi_i * A[d, e] * (nodes[i, e] - places[e, b])
-            touched[0], touched[1] = min(touched[0], i), max(touched[1], i + 1)
+                arm[d] = part.nodes[i, d] - part.among[q, d]
+                farthest = max(farthest, arm[d] * arm[d])
+            for d in range(dim):
+                for e in range(d + 1):
+                    D[d, e] += phi_i * arm[d] * arm[e]
+        divide_by(phi.axes, D, FLAT * farthest, A)
+    for k in range(count(phi, at)):
+        phi_i = value(phi, at, k, work, grad_phi)
+        i = index(phi, at, k)
+        for d in range(dim):
+            for e in range(dim):
+                arm_e = part.nodes[i, e] - part.among[q, e]
+                sums[i, column + d] += phi_i * A[d, e] * arm_e
 
 
 @answers_by_default

@@ -98,3 +98,13 @@ def divide_by(axes, D, least, B):
         for j in range(len(axes) - 1, -1, -1):
             for k in range(j + 1, len(axes)):
                 B[row, j] -= D[k, j] * B[row, k]
+
+
+@inlined
+def squared(axes):
+    """A tuple with as many entries as a matrix has."""
+    if len(axes) == 1:
+        return (0.0,)
+    if len(axes) == 2:
+        return (0.0, 0.0, *axes)
+    return (0.0, 0.0, 0.0, *axes, *axes)

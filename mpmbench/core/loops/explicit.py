@@ -27,6 +27,7 @@ from mpmbench.core.setting import setting
 from mpmbench.core.state import State
 from mpmbench.core.transfer import find_transfer
 from mpmbench.core.transfer.carry import Update, g2p
+from mpmbench.core.transfer.parts import NOTHING
 from mpmbench.core.transfer.sums import p2g_mass, p2g_momentum
 
 # Share of the step in which particles are strained before the forces; usavg: Nairn 2003.
@@ -181,7 +182,6 @@ def step(s: State, dt: float) -> None:
     np.copyto(n.v_last, n.v_old, where=n.new)
     by_walls, by_contact = s.walls.hold(s, dt), s.contact.hold(s, dt)
     s.transfer.refine(s)
-    s.transfer.take(s)
     by_loads, by_reaction = dt * float(np.vdot(n.f_external, n.v)), reaction_work(s, dt)
     s.contact_energy -= by_walls + by_contact
     s.external_work += by_loads + by_reaction
@@ -238,7 +238,8 @@ def strains(s: State, dt: float, share: float = 1.0, first: bool = False) -> Non
 def total_force(s: State) -> None:
     """Sum mass, momentum and forces on the nodes, with the loads of this instant."""
     n = s.nodes
-    s.sums(s.basis.handle, s.particles.arrays, n, lambda *part: body_force(s, s.time, *part))
+    p, part = s.particles.arrays, s.transfer.part(s)
+    s.sums(s.basis.handle, p, n, lambda *some: body_force(s, s.time, *some), part)
     add_loads(s, s.basis.handle, s.time, n.f_external)
     np.add(n.f_internal, n.f_external, out=n.f)
     s.contact.push(s)
@@ -261,11 +262,12 @@ def carry(s: State, dt: float, update: Update) -> None:
     """Update all particles in their chunks (`g2p`)."""
     p, nodes = s.particles.arrays, s.nodes.arrays
     phi, solid = s.basis.handle, s.particles.material.stop
+    besides = s.transfer.part(s) if update.velocity else NOTHING
     for material, first, last in s.bodies.laws:
         law, rows = material.law, (len(p.x) if last == solid else last) - first
 
         def part(c: int, start: int, stop: int, law: Any = law, first: int = first) -> None:
-            g2p(phi, law, p, nodes, dt, update, solid, first + start, first + stop)
+            g2p(phi, law, p, besides, nodes, dt, update, solid, first + start, first + stop)
 
         threads.run(part, rows)
 
@@ -276,7 +278,7 @@ def project_velocity(s: State) -> None:
     n.m[:], n.q[:] = 0.0, 0.0
     p2g_mass(s.basis.handle, p.x, p.m, n.m)
     p2g_momentum(s.basis.handle, p.x, p.m, p.v, n.q)
-    s.transfer.to_nodes(s, n.q)
+    s.transfer.to_nodes_again(s, n.q)
     s.mass.assemble(s.basis, p, n.m)
     s.mass.solve(n.q, n.v)  # fixed components keep the velocity of the last step
     given = s.walls.nodal_impulse

@@ -14,6 +14,7 @@ import numpy as np
 from mpmbench.core import registry
 from mpmbench.core.errors import BadSetting
 from mpmbench.core.particles import ParticleData
+from mpmbench.core.transfer.parts import NOTHING
 
 if TYPE_CHECKING:
     from mpmbench.core.state import State
@@ -80,11 +81,16 @@ class Transfer:
     def to_nodes(self, s: "State", q: np.ndarray) -> None:
         """Add to the momentum `q` [kg m/s], shape (N, dim), which is ``sum_p m_p phi_i v_p`` so far."""
 
+    def to_nodes_again(self, s: "State", q: np.ndarray) -> None:
+        """The same where USF and MUSL project velocities once more, and what particles carry besides."""
+        self.to_nodes(s, q)
+
+    def part(self, s: "State") -> Any:
+        """What particles carry besides their velocity (`parts`): the step takes it along."""
+        return NOTHING
+
     def refine(self, s: "State") -> None:
         """Change ``nodes.v``, all constraints included, before the particles take anything from it."""
-
-    def take(self, s: "State") -> None:
-        """Take what particles carry besides their velocity from ``nodes.v``, before they move."""
 
     def to_particles(self, s: "State", dt: float) -> None:
         """Take more from ``nodes.v`` and ``nodes.a``, at the old places of the particles.

@@ -15,7 +15,7 @@ from mpmbench.core.bases.handle import (
     value,
 )
 from mpmbench.core.compiled import inlined, lean, matrix, table, vector
-from mpmbench.core.compiled.algebra import determinant, multiply
+from mpmbench.core.compiled.algebra import determinant, multiply, squared
 from mpmbench.core.compiled.rows import (
     BATCH,
     GROUPS,
@@ -29,6 +29,7 @@ from mpmbench.core.compiled.rows import (
     take_rows,
 )
 from mpmbench.core.materials import cauchy_stress
+from mpmbench.core.transfer.parts import also_take
 
 
 class Update(NamedTuple):
@@ -42,8 +43,10 @@ class Update(NamedTuple):
 
 
 @lean
-def g2p(phi, law, p, nodes, dt, update, solid, start, stop):
+def g2p(phi, law, p, part, nodes, dt, update, solid, start, stop):
     """Update particles start to stop from nodal velocities and accelerations; `update` says what.
+
+    What they carry besides, `part`, is taken at their old places.
 
     velocity: ``v_p <- flip (v_p + dt sum_i phi_i a_i) + (1 - flip) sum_i phi_i v_i`` (Eqs. 27, 97;
     67, 68) strain: ``L = sum_i v_i (x) grad phi_i``, ``F <- (I + dt L) F``, ``V = det(F) V_0``, and
@@ -63,6 +66,7 @@ def g2p(phi, law, p, nodes, dt, update, solid, start, stop):
         while b < n:
             same = alike(at, b, n)
             interpolate(phi, at[b], b, same, work, nodes, fields)
+            also_take(part, phi, at[b], b, first + b, same, work, nodes.v, fields)
             b += same
         if update.velocity:
             change(axes, flip, p.v, first, n, flip * dt, fields, dim)
@@ -129,22 +133,12 @@ def strain(axes, entries, law, p, first, n, dt, fields):
         put(entries, fields, gradient, p.L, first, n)
 
 
-@inlined
-def squared(axes):
-    """A tuple with as many entries as a matrix has."""
-    if len(axes) == 1:
-        return (0.0,)
-    if len(axes) == 2:
-        return (0.0, 0.0, *axes)
-    return (0.0, 0.0, 0.0, *axes, *axes)
-
-
 @lean
-def velocity_gradients(phi, x, v_i, L, start, stop):
-    """``L_p = sum_i v_i (x) grad phi_i`` of the particles start to stop."""
+def velocity_gradients(phi, x, v_i, L):
+    """``L_p = sum_i v_i (x) grad phi_i`` of all particles."""
     work, grad_phi = scratch(phi), vector(phi.axes)
-    L[start:stop] = 0.0
-    for p in range(start, stop):
+    L[:] = 0.0
+    for p in range(x.shape[0]):
         at = locate(phi, x, p, work)
         for k in range(count(phi, at)):
             value(phi, at, k, work, grad_phi)

@@ -20,6 +20,7 @@ from mpmbench.core.bases.handle import (
     value,
 )
 from mpmbench.core.compiled import compiled, inlined, lean, matrix, table, threads, vector
+from mpmbench.core.compiled.algebra import squared
 from mpmbench.core.compiled.rows import (
     BATCH,
     GROUPS,
@@ -31,7 +32,8 @@ from mpmbench.core.compiled.rows import (
     take,
 )
 from mpmbench.core.particles import SEEN
-from mpmbench.core.transfer.carry import alike, squared
+from mpmbench.core.transfer.carry import alike
+from mpmbench.core.transfer.parts import NOTHING, also_spread
 
 
 class NodalSums:
@@ -51,24 +53,33 @@ class NodalSums:
         self._parts = threads.apart(particles, nodes, len(self._lanes))
         self._touched = threads.apart(particles, 2, dtype=np.int64)
 
-    def __call__(self, phi: Any, p: Any, n: Any, body_force: Callable[[int, int], Any]) -> None:
+    def __call__(
+        self,
+        phi: Any,
+        p: Any,
+        n: Any,
+        body_force: Callable[[int, int], Any],
+        part: Any = NOTHING,
+    ) -> None:
         """Write sums over the particles `p` to the nodes `n`; Wobbes 2020, Eqs. 17, 20 (49, 91) and 21 (50, 92).
 
         ``m_i = sum m_p phi_i``, ``q_i = sum m_p phi_i v_p``, ``f_internal = - sum V_p sigma_p grad
         phi_i`` (its sign is corrected) and ``f_external = sum m_p phi_i b_p``, where
-        ``body_force(start, stop)`` writes b of some particles just before they are added.
+        ``body_force(start, stop)`` writes b of some particles just before they are added. What
+        particles carry besides, `part`, is added to the momentum.
         """
 
         def add(c: int, start: int, stop: int) -> None:
             body_force(start, stop)
-            p2g(phi, self._values, self._lanes, p, self._parts[c], self._touched[c], start, stop)
+            values, lanes, own = self._values, self._lanes, (self._parts[c], self._touched[c])
+            p2g(phi, values, lanes, p, part, *own, start, stop)
 
         threads.run(add, len(p.x))
         collect(self._values, self._parts, self._touched, n.m, n.q, n.f_internal, n.f_external)
 
 
 @lean
-def p2g(phi, values, lanes, p, sums, touched, start, stop):
+def p2g(phi, values, lanes, p, part, sums, touched, start, stop):
     """Add what the particles start to stop give to ``sums[i] = (f, m, q)`` or (f, m, q, f_external).
 
     `sums` has the shape (N, lanes); `touched` returns the range of node numbers that were added to.
@@ -98,6 +109,7 @@ def p2g(phi, values, lanes, p, sums, touched, start, stop):
         while b < n:
             same = alike(at, b, n)
             spread(phi, at[b], b, same, work, values, lanes, columns, sums, touched)
+            also_spread(part, phi, at[b], first + b, same, work, p.m, dim + 1, sums)
             b += same
         first += n
 
