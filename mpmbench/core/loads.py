@@ -95,7 +95,7 @@ def add_loads(s: "State", phi: Any, time: float, force: np.ndarray) -> None:
         loaded = s.traction_particle
         stored, rows = phi, loaded
         if not isinstance(phi, Stencils):
-            stored, rows = s.basis.evaluate(p.x[loaded]), np.arange(len(loaded))
+            stored, rows = s.basis.evaluate_particles(p.x, loaded), np.arange(len(loaded))
         for row, load in zip(rows, s.loads.traction(time), strict=True):
             k = stored.size[row]
             force[stored.index[row, :k]] += stored.phi[row, :k, None] * load

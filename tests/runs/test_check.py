@@ -80,7 +80,7 @@ def test_a_transfer_is_told_from_one_with_a_wrong_sign(command):
 
 @pytest.mark.slow
 def test_a_grid_basis_whose_nodes_stay_keeps_its_contract(command):
-    outcome = command("check", str(PLUGINS / "bases" / "gimp.py"))
+    outcome = command("check", str(PLUGINS / "bases" / "averaged_hat.py"))
     assert outcome.code == 0, outcome.out
     assert "29 of 29 checks passed" in outcome.out
 

@@ -95,6 +95,13 @@ class Basis:
         """
         raise NotImplementedError
 
+    def evaluate_particles(self, x: np.ndarray, numbers: np.ndarray) -> Stencils:
+        """Values and gradients at ``x[numbers]``, for these of the particles that the basis follows.
+
+        They are those at any points, unless functions depend on the domain of a particle.
+        """
+        return self.evaluate(x[numbers])
+
     def locate(self, x: np.ndarray) -> None:
         """Make `handle` valid for the particles at `x` [m], shape (P, dim).
 

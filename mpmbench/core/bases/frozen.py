@@ -27,7 +27,7 @@ class FrozenBasis(StoredBasis):
 
     def __init__(self, basis: Basis, X: np.ndarray, F: np.ndarray) -> None:
         self.nodes, self.X, self._basis = basis.nodes, X.copy(), basis
-        self.handle = basis.evaluate(X)
+        self.handle = basis.evaluate_particles(X, np.arange(len(X)))
         # a body may be deformed from the start: Grad phi = F^T grad phi
         self._reference = np.einsum("pde,pkd->pke", F, self.handle.grad_phi)
         self._F = F

@@ -34,7 +34,8 @@ def refuse_too_few_particles(
     particles = len(p.x) - p.tracers
     if particles >= len(basis.nodes):
         return
-    seen = _sparse(basis.evaluate(p.x[p.material]), len(basis.nodes))
+    solid = np.arange(particles)
+    seen = _sparse(basis.evaluate_particles(p.x, solid), len(basis.nodes))
     seen = csr_array(seen @ light_nodes.matrix())
     nodes = len(np.unique(seen.nonzero()[1]))
     active, _, matrix = scaled_mass(seen, p.m[p.material], fixed)
@@ -83,7 +84,7 @@ def seen_share(basis: Basis, p: Particles, fixed: np.ndarray) -> float:
         Constrained components, shape (N, dim).
     """
     x, m, nodes = p.x[p.material], p.m[p.material], basis.nodes
-    stored = basis.evaluate(x)
+    stored = basis.evaluate_particles(p.x, np.arange(len(x)))
     seen = _sparse(stored, len(nodes))
     active, scale, matrix = scaled_mass(seen, m, fixed)
     if len(active) < 2:

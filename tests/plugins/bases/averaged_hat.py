@@ -34,8 +34,8 @@ class Gimp(GridBasis):
         self.handle.half[:] = 0.5 * size * np.array(self.handle.axes)
 
 
-@register("basis", "gimp")
-class GimpSettings(BasisSettings):
+@register("basis", "averaged_hat")
+class AveragedHat(BasisSettings):
     promises: ClassVar[Promises] = Promises(kronecker="hull", grid=True, moves=False)
 
     def build(self, geometry, particles, moving):
