@@ -137,10 +137,7 @@ class WallContact:
         self.direction[w, on] = -moved[on] / far[on, None]
 
     def finish(self, s: "State", du: np.ndarray, residual: np.ndarray, dt: float) -> None:
-        """Note what the walls gave in the step, and its work by the trapezoidal rule.
-
-        Moving nodes that they hold come to rest there.
-        """
+        """Note what the walls gave in the step, and its work by the trapezoidal rule."""
         reaction = self.force - residual[self.active]
         before = s.walls.nodal_impulse[:, self.active].sum(axis=0) / s.walls.duration
         s.contact_energy -= 0.5 * float(np.sum(before * du[self.active]))
@@ -157,7 +154,3 @@ class WallContact:
             own[np.ix_(sliding, along)] = self.force[np.ix_(sliding, along)]
             s.walls.nodal_impulse[w, self.active] = dt * own
             s.contact_energy -= 0.5 * float(np.sum(own * du[self.active]))
-            if s.choices.moving:
-                nodes = self.active[held]
-                s.nodes.v[nodes, axis], s.nodes.a[nodes, axis] = 0.0, 0.0
-                s.nodes.v[self.active[sticks]], s.nodes.a[self.active[sticks]] = 0.0, 0.0

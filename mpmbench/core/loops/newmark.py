@@ -10,6 +10,7 @@ import numpy as np
 
 from mpmbench.core.errors import require
 from mpmbench.core.implicit import assembly
+from mpmbench.core.implicit.contact import OPEN, WallContact
 from mpmbench.core.implicit.newton import Equations, Inertia, equilibrate
 from mpmbench.core.implicit.step import apply_loads, convect, prepare, reaction
 from mpmbench.core.implicit.workspace import Workspace
@@ -19,6 +20,8 @@ from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.state import State
 from mpmbench.core.transfer.sums import p2g_mass, p2g_momentum
+
+AT_REST = 1e-9  # of the largest velocity or acceleration: no node has landed with less
 
 
 @register("method", "newmark")
@@ -108,6 +111,8 @@ class Newmark(ImplicitLoop):
         if equations.contact is not None:
             moving = kinetic_energy(s, w, n.v)
             equations.contact.finish(s, du, residual, dt)
+            if self.moving:
+                come_to_rest(equations, equations.contact, mass, n.v, n.a)
             s.contact_energy += moving - kinetic_energy(s, w, n.v)
         s.kinetic_given = (s.kinetic_given or 0.0) + given + kinetic_energy(s, w, n.v)
         if self.moving:
@@ -121,6 +126,26 @@ class Newmark(ImplicitLoop):
         s.record("reaction", reaction(s, w, residual))
         s.external_work += work_of_loads(s, before, moved, dt)
         s.time += dt
+
+
+def come_to_rest(
+    equations: Equations, contact: WallContact, mass: np.ndarray, *fields: np.ndarray
+) -> None:
+    """Stop what walls hold, in velocities and accelerations, shape (N, dim): an impulse at these nodes.
+
+    The others get ``M change = 0``: with a consistent mass they answer the impulse, as they
+    answered the rebound that the trapezoidal rule has given it instead. Not so on walls where
+    nothing slides: impulses along them make nodes let go that have to roll.
+    """
+    active, held = equations.pattern.active, contact.fixed & ~contact.held_before
+    rough = (contact.state[np.isinf(contact.friction)] != OPEN).any(axis=0)
+    equations.blocks[:] = mass[:, None, None] * np.eye(held.shape[1])
+    for field in fields:
+        jump = np.where(held & ~rough[:, None], -field[active], 0.0)
+        if np.abs(jump).max(initial=0.0) > AT_REST * np.abs(field).max():
+            equations.prescribed = jump
+            field += equations.correction(np.zeros_like(field), np.zeros_like(field))
+        field[active] = np.where(held, 0.0, field[active])
 
 
 def mass_blocks(s: State, w: Workspace, mass: str) -> np.ndarray:
