@@ -1,9 +1,11 @@
-"""Li 2009, chapters 2 to 5.1: local max-ent functions, isothermal shock, stability of OTM, Taylor's rod."""
+"""Li 2009, chapters 2 to 5.2.1: local max-ent functions, isothermal shock, stability of OTM, Taylor's rod, contact."""
 
 from mpmbench.papers.kit import Paper
 from mpmbench.papers.li2009 import (
     bar,
     claims,
+    collisions,
+    contact_claims,
     entropy,
     functions,
     inelastic,
@@ -15,10 +17,10 @@ from mpmbench.papers.li2009 import (
 
 PAPER = Paper(
     name="li2009",
-    title="Li 2009: the optimal transportation method in solid mechanics, chapters 2 to 5.1",
+    title="Li 2009: the optimal transportation method in solid mechanics, chapters 2 to 5.2.1",
     reference="B. Li, The Optimal Transportation Method in Solid Mechanics, PhD thesis, California Institute of "
     "Technology, Pasadena, 2009.",
-    summary="Shape functions, the isothermal shock, the elastic bar and Taylor's rod of the thesis, with "
+    summary="Shape functions, the isothermal shock, the elastic bar, Taylor's rod and contact of the thesis, with "
     "its parameters where it gives them; explicit linear finite elements, the other methods of this program, SPH "
     "with an Eulerian kernel and nodal integration stand beside OTM. Errors of the shock are those of Eq. "
     "4.27: the largest over time.",
@@ -43,8 +45,10 @@ PAPER = Paper(
         taylor.taylor_chapter,
         taylor.methods_chapter,
         taylor.copper_chapter,
+        collisions.rules_chapter,
+        collisions.cubes_chapter,
     ),
-    claims=tuple(claims.claim),
+    claims=tuple(contact_claims.claim),
     set_ups=claims.SET_UPS,
     stated=claims.IN_WORDS,
 )

@@ -100,6 +100,28 @@ def rods(**other: float) -> Tell:
     return tell
 
 
+def cubes(momentum: float, energy: float, locked: float) -> Tell:
+    """What six cubes keep."""
+    found = {
+        "momentum_drift": momentum,
+        "energy_drift": energy,
+        "locked_energy_fraction": locked,
+    }
+    return lambda campaign, quantity, match: found[quantity]
+
+
+def met(captured: float = 0.0, **late: float) -> Tell:
+    """First contact, so much after that by geometry for each range [s], and what the narrowest captures."""
+
+    def tell(campaign: str, quantity: str, match: dict[str, Any]) -> float:
+        reach = match["contact__range"]
+        if quantity == "captured":
+            return captured if reach == 0.25 and match["problem__offset"] == 0.4 else 0.0
+        return 0.1875 + late[{0.25: "narrow", 1.0: "middle", 2.0: "wide"}[reach]]
+
+    return tell
+
+
 STORIES: list[tuple[str, Tell, str]] = [
     ("newton_counts", steps(0.5), HOLDS),
     ("newton_counts", steps(0.7), FAILS),
@@ -150,6 +172,20 @@ STORIES: list[tuple[str, Tell, str]] = [
         "holds in part: when the radius is that of the outermost material point",
     ),
     ("foot", rods(radius_points=6.58e-3), FAILS),
+    ("conserved", cubes(1e-6, 0.005, 0.005), HOLDS),
+    (
+        "conserved",
+        cubes(1e-6, 0.005, 0.16),
+        "holds in part: for momentum, total energy; not for what comes back as motion",
+    ),
+    ("conserved", cubes(1.0, 0.02, -0.02), FAILS),
+    ("node_range", met(narrow=0.001, middle=-0.01, wide=-0.1), HOLDS),
+    (
+        "node_range",
+        met(captured=4.0, narrow=0.001, middle=-0.01, wide=-0.1),
+        "holds in part: for the first contact; not for what stays outside",
+    ),
+    ("node_range", met(captured=4.0, narrow=0.02, middle=-0.01, wide=-0.1), FAILS),
 ]
 
 

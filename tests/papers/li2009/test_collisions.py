@@ -1,0 +1,63 @@
+"""Chapters on contact, from files that are written here."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mpmbench.papers import read_campaigns
+from mpmbench.papers.li2009 import collisions
+from mpmbench.papers.li2009.collisions import CHECKS, RULES, SIX
+from mpmbench.report.evidence import MissingRuns
+
+
+@pytest.fixture
+def campaigns(tmp_path: Path, write_run: Any) -> Any:
+    """OTM with shared nodes on two squares in both orders, and on six cubes."""
+    run = {"method": "otm", "basis": "lme", "resolution": 4, "dimension": 2}
+    run["particles_per_cell"] = 1
+    speeds = {False: (0.25, 1.75), True: (1.625, 0.125)}
+    for folder in ("contact_checks", "six_cubes"):
+        (tmp_path / folder).mkdir()
+    for swapped, (one, other) in speeds.items():
+        scalars = dict.fromkeys(CHECKS, 0.5) | {"velocity_1": one, "velocity_2": other}
+        extra = {"problem": {"offset": 0.0, "swapped": swapped}}
+        write_run(
+            tmp_path / "contact_checks",
+            problem="two_squares",
+            scalars=scalars,
+            settings=extra,
+            **run,
+        )
+    scalars = dict.fromkeys(SIX, 0.25)
+    write_run(tmp_path / "six_cubes", problem="six_cubes", scalars=scalars, **run)
+    return read_campaigns(tmp_path)
+
+
+def test_rules_stand_side_by_side(campaigns: Any) -> None:
+    page = collisions.rules_chapter(campaigns)
+    head_on, _ = page.tables
+    assert [row[0].value for row in head_on.rows] == list(RULES)
+    row = head_on.rows[list(RULES).index("shared, OTM")]
+    assert [cell.value for cell in row[1:-1]] == [0.5] * len(CHECKS)
+    assert row[-1].value == pytest.approx(0.125)  # velocity 1, and 2 in the other order
+    assert not head_on.rows[0][1].value  # no such run
+
+
+def test_six_cubes_are_drawn(campaigns: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def told(campaigns: Any, campaign: str, *wanted: str, **match: Any) -> tuple[str, Any]:
+        if match != collisions.CUBES["shared, OTM"]:
+            raise MissingRuns(campaign)
+        time = np.linspace(0.0, 1.0, 5)
+        fields = {"time": time, "body_momentum": np.ones((5, 6, 2))}
+        fields |= dict.fromkeys(collisions.ENERGIES, time)
+        return "told", {name: fields[name] for name in wanted}
+
+    monkeypatch.setattr(collisions, "variables", told)
+    page = collisions.cubes_chapter(campaigns)
+    energy, momenta = page.drawings
+    assert len(energy.content.axes[0].lines) == 4 and len(momenta.content.axes[1].lines) == 7
+    total = energy.content.axes[0].lines[3].get_ydata()
+    assert total[-1] == pytest.approx(3e-3)
+    assert [cell.value for cell in page.tables[0].rows[0][1:]] == [0.25] * len(SIX)
