@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mpmbench.commands.places import attributes_of, results_in
-from mpmbench.results.bookkeeping import NOT_PART_OF_A_RUN
+from mpmbench.results.bookkeeping import NOT_PART_OF_A_RUN, with_later
 from mpmbench.say import say
 from mpmbench.settings.schema import GROUPS, BadInput
 from mpmbench.settings.trees import dotted
@@ -86,8 +86,8 @@ def command_of(attributes: dict[str, Any]) -> str:
     """The command line that gives the run of a result file: its choices, and what differs from their defaults."""
     from mpmbench.runs.hydra.compose import compose_many
 
-    stored = json.loads(attributes["config"])
-    names = [f"{group}={stored[group]['name']}" for group in GROUPS]
+    stored = with_later(json.loads(attributes["config"]))
+    names = [f"{group}={stored[group]['name']}" for group in GROUPS if group in stored]
     choices = [pair for pair in names if not pair.startswith("material=")]
     (usual, _), *_ = compose_many([choices])
     if usual["material"]["name"] != stored["material"]["name"]:

@@ -31,6 +31,7 @@ CAPTION = (
 PROFILE = (
     "Share of the problems on which a combination is within a factor of the best at equal cost."
 )
+DARK = 30.0  # times the best error: cells whose text is white
 WORST = 100.0  # times the best error: the end of the colours
 
 
@@ -214,7 +215,9 @@ def heat_map(entries: dict[str, dict[str, Entry]]) -> Figure:
                 continue
             values[i, j] = np.log10(min(entry.ratio, WORST))
             if np.isfinite(entry.ratio):
-                axes.text(j, i, number_text(entry.ratio, 2), ha="center", va="center", size=6)
+                text = f"{entry.ratio:.2g}" if entry.ratio < WORST else f"{entry.ratio:.0e}"
+                ink = "white" if entry.ratio > DARK else "black"
+                axes.text(j, i, text, ha="center", va="center", size=6, color=ink)
             else:
                 colour = COLOURS.get(entry.status, "white")
                 axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1.0, 1.0, color=colour, lw=0))

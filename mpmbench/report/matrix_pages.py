@@ -1,5 +1,6 @@
 """Two pages from the stored runs of a matrix: all of it, and which method to take for what."""
 
+from io import BytesIO
 from pathlib import Path
 
 from mpmbench.report import matrix, style
@@ -31,7 +32,9 @@ def write(campaign: Campaign, target: Path) -> list[Path]:
             ("heat_map", matrix.heat_map(entries)),
             ("profile", matrix.profile(entries)),
         ):
-            page.picture(name, "", "", figure)
+            drawing = BytesIO()
+            figure.savefig(drawing, format="svg", metadata={"Date": None})
+            page.data(f"figures/{name}.svg", drawing.getvalue())
     page.table(matrix.table(fields, entries))
     written = [
         page.text("README.md", matrix_page(campaign, fields, entries)),
@@ -79,7 +82,7 @@ def which_method(fields: list[Field], entries: dict[str, dict[str, Entry]]) -> s
         for field in there:
             lines += [f"`{field.problem}`: {field.sentence()}"]
             lines += [
-                best(field, entries[field.problem]).markdown(),
+                best(field, entries[field.problem]),
                 broken(entries[field.problem]),
             ]
     asked = {name for names in QUESTIONS.values() for name in names}
@@ -94,14 +97,14 @@ def base(field: Field) -> str:
     return field.problem.partition(",")[0]
 
 
-def best(field: Field, entries: dict[str, Entry]) -> Table:
-    """The first combinations on a problem at equal cost."""
+def best(field: Field, entries: dict[str, Entry]) -> str:
+    """The first combinations on a problem at equal cost, as a table in Markdown."""
     found = [(name, one) for name, one in entries.items() if one.error == one.error]
     found.sort(key=lambda pair: pair[1].error)
     rows = [[name, Cell(one.error), Cell(one.cost)] for name, one in found[:FIRST]]
     head = ["combination", f"error [{field.unit or '-'}]", "cost [s]"]
-    title = f"The best within {number_text(field.cost)} s"
-    return Table(f"best-{field.problem}", title, head, rows, "", (1, 2))
+    listed = Table(f"best-{field.problem}", "", head, rows, "", (1, 2)).markdown()
+    return f"The best within {number_text(field.cost)} s:\n\n{listed.strip()}"
 
 
 def broken(entries: dict[str, Entry]) -> str:
