@@ -207,7 +207,7 @@ def methods_chapter(campaigns: Campaigns) -> Chapter:
     columns += ["radius, outermost particle [mm]", "plastic strain", "von Mises [MPa]"]
     note = (
         "On a grid the radius at nodes is that of a massless point on the rim of the foot. Meshes of "
-        "linear tetrahedra lock: their rods stay too long and their plastic strains small."
+        "linear tetrahedra lock: their feet spread little and their plastic strains stay small."
     )
     page.tabulate(
         "shape",
