@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from mpmbench.core.particles import ParticleData, particle_data
 from mpmbench.core.simulation import guard
 from mpmbench.core.state import State
 from mpmbench.core.transfer import Transfer, find_transfer
+from mpmbench.core.transfer.series import leave_held
 from tests.core.support import compose
 
 registry.load_file(Path(__file__).parents[1] / "plugins/transfers/plain_flipped.py")
@@ -161,6 +163,20 @@ def test_the_series_leaves_what_is_held(transfer: str) -> None:
     assert loops.steps(free, n=5).passed
     given = free.nodes.m @ free.transfer.higher_terms(free, free.nodes.v)
     assert abs(float(given[0])) < 1e-13 * free.particles.m.sum()
+
+
+def test_further_terms_leave_what_walls_hold() -> None:
+    """Across a frictionless wall only, and all where nothing slides; nodes that no wall touches stay."""
+    impulse = np.zeros((2, 3, 2))
+    impulse[0, 0], impulse[1, 1] = [0.0, 1.0], [2.0, 0.1]
+    walls = SimpleNamespace(
+        normal=np.array([[0.6, 0.8], [1.0, 0.0]]),
+        friction=np.array([0.3, np.inf]),
+        nodal_impulse=impulse,
+    )
+    term = np.array([[2.0, 1.0], [3.0, 4.0], [5.0, 6.0]])
+    leave_held(SimpleNamespace(walls=walls), term)  # type: ignore[arg-type]
+    assert np.allclose(term, [[0.8, -0.6], [0.0, 0.0], [5.0, 6.0]], atol=1e-14)
 
 
 def test_the_affine_part_counts_in_the_angular_momentum() -> None:
