@@ -245,7 +245,7 @@ def profile(entries: dict[str, dict[str, Entry]], most: int = 10) -> Figure:
         ratios = np.array([*_ratios(name, entries)])
         shares = [np.sum(ratios <= factor * (1.0 + 1e-12)) / len(entries) for factor in factors]
         colour = style.PLUGIN_COLOURS[rank % len(style.PLUGIN_COLOURS)]
-        line = style.LINE_STYLES[rank % len(style.LINE_STYLES)]
+        line = style.LINE_STYLES[rank // len(style.PLUGIN_COLOURS) % len(style.LINE_STYLES)]
         axes.semilogx(factors, shares, line, color=colour, label=name)
     axes.set(xlabel="factor of the best error at equal cost", ylabel="share of the problems")
     axes.set_ylim(0.0, 1.03)

@@ -79,6 +79,7 @@ def test_exact_integrals_are_those_of_the_exact_fields(seeding: str) -> None:
     assert energy == pytest.approx(shear * g**2 * 32.5528839, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_moving_nodes_and_a_grid_hold_all_particles() -> None:
     """Triangles fill the ring and each particle is in one of them; angular momentum is driven as it should be."""
     result = run("generalized_vortex", "linear_fem", "linear", resolution=8)
@@ -90,7 +91,10 @@ def test_moving_nodes_and_a_grid_hold_all_particles() -> None:
 
 
 # [m] at T/2 on 8 cells, A = 0.5: this problem as it was when the field's table was made
-@pytest.mark.parametrize(("functions", "value"), (("updated", 1.513e-2), ("frozen", 1.511e-2)))
+@pytest.mark.parametrize(
+    ("functions", "value"),
+    (("updated", 1.513e-2), pytest.param("frozen", 1.511e-2, marks=pytest.mark.slow)),
+)
 def test_splines_reach_the_known_values(functions: str, value: float) -> None:
     settings = {"resolution": 8, "method__shape_functions": functions}
     result = run("generalized_vortex", "mpm", "bspline", **settings)
