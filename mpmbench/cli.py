@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from mpmbench import PLACES, __version__
+from mpmbench.commands.verbs import VERBS
 from mpmbench.core.moved import advice
 from mpmbench.core.registry import plugin_files
 from mpmbench.runs.interrupts import terminated_like_interrupted
@@ -18,34 +19,17 @@ from mpmbench.runs.streams import forgiving
 from mpmbench.say import say
 from mpmbench.settings.arguments import split
 from mpmbench.settings.files import shipped_folder
-from mpmbench.settings.schema import GROUPS, BadInput, experiments, options
-
-# What each command takes and does. `mpmbench.commands.<name>` is imported on use: its function
-# ``main`` takes the remaining arguments and returns the exit code.
-VERBS = {
-    "list": ("[NAME]", "what there is, or what can be set for one option"),
-    "status": ("[FOLDER | FILE | KEY=VALUE]", "what is finished, stale, failed or missing"),
-    "reproduce": ("PAPER", "run what is missing of a paper, then write its report"),
-    "show": ("RESULT [FIELD]", "draw the particles of a result, coloured by a field"),
-    "animate": ("RESULT [FIELD]", "the same as a moving picture, GIF or MP4"),
-    "report": ("RESULTS", "write the report of a folder of results"),
-    "choose": ("problem=P error=E", "the cheapest stored run that is good enough, as a command"),
-    "compare": ("A B", "what is better or worse in folder B than in A"),
-    "merge": ("TARGET A B...", "results of several machines in one folder"),
-    "rerun": ("FILE.nc [LIMIT=VALUE...]", "run again from a result file: is the same the result?"),
-    "check": ("FILE.py", "does a plug-in keep its contract? a scorecard"),
-    "new": ("KIND NAME FOLDER", "a working plug-in or paper to start from, with its test"),
-    "export": ("RESULT --vtk|--csv", "particles for ParaView, or everything as CSV"),
-    "warmup": ("[KEY=VALUE...]", "compile the kernels that a sweep needs beforehand"),
-}
+from mpmbench.settings.schema import GROUPS, BadInput, options
 
 HELP = """\
-mpmbench: particle methods of solid mechanics on the same problem, the same particles and the same
-norm.
+mpmbench: particle methods of solid mechanics on the same problem, the same
+particles and the same norm. `mpmbench` is short for `python -m mpmbench`.
 
-  python -m mpmbench KEY=VALUE...                        one run
-  python -m mpmbench -m KEY=VALUE,VALUE...               all combinations
-  python -m mpmbench experiments=NAME                    an experiment of {papers}
+  python -m mpmbench KEY=VALUE...            one run
+  python -m mpmbench -m KEY=VALUE,VALUE...   all combinations
+  python -m mpmbench experiments=NAME        an experiment; `list experiments`
+
+Commands, after python -m mpmbench; COMMAND --help says more of each
 {verbs}
 
 Choices
@@ -54,13 +38,13 @@ Choices
 Keys, with their defaults (null: the problem brings a value) and units
 {keys}
 {chosen}
---cfg job prints all values of a run without running it. Exit codes: 0 fine, 1 some run failed, 2
-bad input; of compare: 20 not comparable, 12 new failures, 11 less accurate, 10 slower, 30 speed
-undecided, 0 none of these.
+--cfg job prints all values of a run without running it. Exit codes: 0 fine,
+1 some run failed, 2 bad input; of compare: 20 not comparable, 12 new failures,
+11 less accurate, 10 slower, 30 speed undecided, 0 none of these.
 """
 KEYS_BELOW = """\
-Keys below a choice, such as basis.d_max: `list maxent` or `--help basis=maxent` shows them with
-their defaults, units and ranges."""
+Keys below a choice, such as basis.d_max: `list maxent` or `--help basis=maxent`
+shows them with their defaults, units and ranges."""
 SHOW_ONLY = {"--cfg", "-c", "--info", "-i", "-sc", "--shell-completion", "--hydra-help"}
 
 
@@ -108,11 +92,17 @@ def warn_of_old_places() -> None:
 
 def dispatch(arguments: list[str], started: float) -> int:
     """Find out what is wanted."""
-    if "--help" in arguments or "-h" in arguments:
+    asked = "--help" in arguments or "-h" in arguments
+    if asked and arguments[0] in VERBS:
+        from mpmbench.commands.help import lines_of
+
+        say(*lines_of(arguments[0], *VERBS[arguments[0]]))
+        return 0
+    if asked:
         say(*help_text(arguments).splitlines())
         return 0
     if "--version" in arguments:
-        say(__version__)
+        say(version())
         return 0
     if arguments and arguments[0] in VERBS:
         command = importlib.import_module(f"mpmbench.commands.{arguments[0]}")
@@ -123,9 +113,18 @@ def dispatch(arguments: list[str], started: float) -> int:
     return run(flags, pairs, started)
 
 
+def version() -> str:
+    """The version, and the commit of a checkout."""
+    from mpmbench.results.provenance import git
+
+    commit, edited = git()
+    changed = ", edited" if edited == "yes" else ""
+    return __version__ + ("" if commit == "unknown" else f" (commit {commit[:12]}{changed})")
+
+
 def help_text(arguments: list[str]) -> str:
     """What ``--help`` prints: all that is general, and the keys of the options that were given."""
-    from mpmbench.settings.words import keys_of
+    from mpmbench.settings.words import in_columns, keys_of
 
     given = [argument.split("=", 1) for argument in arguments if "=" in argument]
     chosen = [
@@ -136,21 +135,35 @@ def help_text(arguments: list[str]) -> str:
     config = (shipped_folder("conf") / "config.yaml").read_text(encoding="utf-8")
     lines = config.split("# The discretisation\n")[1].split("\n# For experiments")[0]
     return HELP.format(
-        papers=", ".join(sorted({name.partition("/")[0] for name in experiments()})),
         verbs="\n".join(
-            f"  python -m mpmbench {verb + ' ' + what:<36}{text}"
-            for verb, (what, text) in VERBS.items()
+            in_columns({f"{verb} {what}": text for verb, (what, text) in VERBS.items()})
         ),
         options="\n".join(in_lines(f"  {group}=".ljust(14), options(group)) for group in GROUPS),
-        keys="".join(f"  {line}\n" for line in lines.splitlines() if line),
+        keys="\n".join(general_keys(lines)) + "\n",
         chosen="\n".join(chosen) or KEYS_BELOW,
     )
 
 
+def general_keys(text: str) -> list[str]:
+    """The lines of a YAML file, with comments beside the keys, in columns."""
+    from mpmbench.settings.words import in_columns
+
+    found: list[str] = []
+    keys: dict[str, str] = {}
+    for line in [*filter(None, text.splitlines()), "#"]:
+        key, _, said = line.partition("#")
+        if key.strip():
+            keys[key.rstrip()] = said.strip()
+            continue
+        found += [*in_columns(keys), said.strip()]
+        keys = {}
+    return found[:-1]
+
+
 def in_lines(start: str, names: Iterable[str]) -> str:
-    """Names after a word, in lines of at most 100 characters."""
+    """Names after a word, in lines of at most 80 characters."""
     return textwrap.fill(
-        ", ".join(names), 100, initial_indent=start, subsequent_indent=" " * len(start)
+        ", ".join(names), 80, initial_indent=start, subsequent_indent=" " * len(start)
     )
 
 

@@ -4,6 +4,7 @@ Every file is checked against its digest each time: that costs less than to open
 """
 
 import json
+import re
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +18,7 @@ from mpmbench.runs.sweep.plan import make_plan, state_of
 from mpmbench.say import one_line, say
 from mpmbench.settings.schema import GROUPS, BadInput, options
 
+FEW = 3  # files that are named in a line
 STATES = ("fresh", "stale", "untimed", "damaged", "failed", "missing")
 
 
@@ -40,18 +42,28 @@ def main(arguments: list[str]) -> int:
     folders = sorted({file.parent for file in top.rglob("*.nc")})
     for folder in folders:
         say(shorten(str(folder)))
-        for file in sorted(folder.glob("*.nc")):
-            say("  " + describe(file, digests))
+        files = sorted(folder.glob("*.nc"), key=lambda file: in_order(file.stem))
+        width = max((len(file.stem) for file in files), default=0) + 2
+        for file in files:
+            say("  " + describe(file, digests, width))
     if not folders:
         say(f"no results in {top}")
     return 0
 
 
-def describe(file: Path, digests: Callable[[dict[str, Any]], dict[str, str]]) -> str:
+def in_order(name: str) -> list[tuple[int, str]]:
+    """A key that sorts the number of cells in the name of a result by its size: n8 before n16."""
+    parts = re.split(r"(?<=-n)(\d+)(?=-)", name)
+    return [(int(part), "") if k % 2 else (0, part) for k, part in enumerate(parts)]
+
+
+def describe(
+    file: Path, digests: Callable[[dict[str, Any]], dict[str, str]], width: int = 46
+) -> str:
     """One line about a result file; `digests` are those of the code of a configuration."""
     attributes, damage = look(file)
     if attributes is None:
-        return f"{'damaged':<10} {file.stem:<46}{damage or 'it has just been removed'}"
+        return f"{'damaged':<10} {file.stem:<{width}}{damage or 'it has just been removed'}"
     config = json.loads(attributes["config"])
     now = digests(config)
     state = state_of(attributes, config, code_hash(now))
@@ -66,7 +78,7 @@ def describe(file: Path, digests: Callable[[dict[str, Any]], dict[str, str]]) ->
         f": {one_line(attributes['reason'])}" if attributes["reason"] else ""
     )
     unverified = "" if attributes["digest"] else "  unverified: an older version wrote no digest"
-    return f"{state:<10} {file.stem:<46}{outcome}{changed}{unverified}"
+    return f"{state:<10} {file.stem:<{width}}{outcome}{changed}{unverified}"
 
 
 def missing_plugins(config: dict[str, Any]) -> str:
@@ -84,8 +96,10 @@ def missing_plugins(config: dict[str, Any]) -> str:
 
 
 def changed_since(attributes: dict[str, Any], now: dict[str, str]) -> str:
-    """The source files that make a result stale."""
-    return f"changed since: {', '.join(changed_files(attributes, now))}"
+    """The source files that make a result stale, the first few of many."""
+    files = changed_files(attributes, now)
+    more = f" and {len(files) - FEW} more" if len(files) > FEW + 1 else ""
+    return f"changed since: {', '.join(files[:FEW] if more else files)}{more}"
 
 
 def of_sweep(arguments: list[str]) -> int:
@@ -98,6 +112,7 @@ def of_sweep(arguments: list[str]) -> int:
     from mpmbench.runs.hydra import compose
 
     cells, digests = make_plan(compose.compose_sweep(pairs)).cells(), digests_of_many()
+    width = max((len(cell.name) for cell in cells), default=0) + 2
     for cell in cells:
         state, remark = cell.state, cell.not_applicable
         if cell.not_applicable:
@@ -106,7 +121,7 @@ def of_sweep(arguments: list[str]) -> int:
             remark = cell.damage
         elif state == "stale" and cell.earlier:
             remark = changed_since(cell.earlier, digests(cell.config))
-        say(f"{state:<16}{cell.name:<46}{remark}".rstrip())
+        say(f"{state:<16}{cell.name:<{width}}{remark}".rstrip())
     counts = Counter("not applicable" if cell.not_applicable else cell.state for cell in cells)
     found = [f"{counts[state]} {state}" for state in (*STATES, "not applicable") if counts[state]]
     say(f"{len(cells)} runs: {', '.join(found)}")

@@ -7,17 +7,27 @@ from typing import Any
 from mpmbench.core.setting import Setting
 from mpmbench.settings.schema import declared
 
+WIDEST = 36  # column of the sentences at most
+
 
 def in_columns(sentences: dict[str, str]) -> list[str]:
     """Words and the sentences about them, below each other in the width of the terminal."""
-    column = max(map(len, sentences), default=0) + 4
-    width = max(60, shutil.get_terminal_size((120, 24)).columns)
+    column = min(max(map(len, sentences), default=0) + 4, WIDEST)
+    width = max(60, shutil.get_terminal_size((80, 24)).columns)
     indent = " " * column
     return [
         line
         for word, said in sentences.items()
-        for line in textwrap.wrap(f"  {word:<{column - 2}}{said}", width, subsequent_indent=indent)
+        for line in lines_of(f"  {word:<{column - 2}}", said, width, indent)
     ]
+
+
+def lines_of(word: str, said: str, width: int, indent: str) -> list[str]:
+    """A word and what is said of it, below the word where that is too long to stand beside."""
+    if len(word.rstrip()) > len(indent) - 2:
+        below = {"initial_indent": indent, "subsequent_indent": indent}
+        return [word.rstrip(), *textwrap.wrap(said, width, **below)]  # type: ignore[arg-type]
+    return textwrap.wrap(word + said, width, subsequent_indent=indent) or [word.rstrip()]
 
 
 def keys_of(group: str, option: str) -> list[str]:

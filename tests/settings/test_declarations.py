@@ -231,3 +231,14 @@ def test_words_show_unit_sentence_and_range(capsys) -> None:
         text = capsys.readouterr().out
         assert line in text and "(greater than 1, at most 10)" in text
     assert "basis.search: local" in shown and "(local | all)" in shown
+
+
+def test_every_problem_alone_is_a_run():
+    """The problem names a method, and a basis through it, that apply to it."""
+    from mpmbench.case import read
+    from mpmbench.runs.hydra.compose import compose_many
+
+    problems = schema.options("problem")
+    for config, reason in compose_many([[f"problem={name}"] for name in problems]):
+        assert not reason
+        read(config)  # raises what speaks against it
