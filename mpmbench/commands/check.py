@@ -119,7 +119,10 @@ def declaration(kind: str, name: str) -> str:
 def run_of(kind: str, name: str) -> list[str]:
     """Overrides of a short run with the plug-in."""
     key = "method.transfer" if kind == "transfer" else kind
-    return [*(["method=mpm"] if kind in ("transfer", "basis") else []), f"{key}={name}"]
+    before = ["method=mpm"] if kind in ("transfer", "basis", "contact") else []
+    if kind == "contact":
+        before.append("problem=two_squares")
+    return [*before, f"{key}={name}"]
 
 
 def runs(config: dict[str, Any], reason: str, deadline: float) -> tuple[bool, str]:
