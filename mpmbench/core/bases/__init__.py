@@ -37,6 +37,8 @@ class Promises:
         or neither.
     continuous_gradient : bool
         The gradient has no jumps inside the domain.
+    derivative : bool
+        The gradient is the derivative of the values.
     gradient_on_hull : bool
         The gradient is finite and exact on the boundary of the convex hull.
     extrapolates : bool
@@ -56,6 +58,7 @@ class Promises:
     non_negative: bool = True
     kronecker: str = "none"
     continuous_gradient: bool = True
+    derivative: bool = True
     gradient_on_hull: bool = True
     extrapolates: bool = False
     grid: bool = False
