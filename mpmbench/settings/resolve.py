@@ -21,6 +21,10 @@ from mpmbench.settings.schema import (
     unknown_key,
 )
 
+# A number with a unit behind it, such as 2kPa or 30%.
+WITH_UNIT = re.compile(
+    r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)? ?[^\W\d_][\w/^*.-]*|[-+]?\d+\.?\d* ?%", re.IGNORECASE
+)
 # In SI units nothing is larger or smaller; beyond, products of settings overflow.
 SMALLEST, LARGEST = 1e-60, 1e60
 MOST_STEPS = 2.0**53
@@ -102,6 +106,14 @@ def cast_to(cast: Callable[[Any], Any], key: str, value: Any) -> Any:
     return found
 
 
+def refuse_unit(key: str, value: Any, unit: str) -> None:
+    """Raise `BadInput` with the unit that is meant for a number with one, as in ``2kPa``."""
+    written = WITH_UNIT.fullmatch(value) if isinstance(value, str) and unit else None
+    if written:
+        meant = "a pure number" if unit == "-" else f"a number in {unit}"
+        raise BadInput(f"{key} = {value}: {meant} is needed, without a unit behind it")
+
+
 def check_range(config: dict[str, Any]) -> None:
     """Raise `BadInput` when there are more time steps than can be counted in a float."""
     step, end_time = config["time_step"], config["end_time"]
@@ -164,6 +176,7 @@ def check_types(config: dict[str, Any], given: Container[str] = ()) -> tuple[dic
                 del checked[group][name]
                 continue
             if name in defaults:
+                refuse_unit(f"{group}.{name}", value, defaults[name].unit)
                 checked[group][name] = cast_to(defaults[name].cast, f"{group}.{name}", value)
             elif name in declared_anywhere(group):
                 reason = reason or f"{group}={option} has no {name}"

@@ -79,6 +79,11 @@ BAD = [  # arguments, what the sentence must contain
     ("resolution=${oc.env:NOT_SET,4}", "write ${oc.decode:${oc.env:NAME}} where it comes from"),
     ("report='true'", "report = 'true': true, false or auto is needed, no text"),
     ("snapshot_times=[1e-4,2] end_time=1", "snapshot_times = 2: it comes after end_time = 1"),
+    (
+        "material.young_modulus=2kPa",
+        "young_modulus = 2kPa: a number in Pa is needed, without a unit",
+    ),
+    ("material.poisson_ratio=30%", "poisson_ratio = 30%: a pure number is needed"),
     ("snapshots=0", "snapshots = 0: a whole number from 1 to 10000"),
     ("snapshots=2.5", "snapshots = 2.5: a whole number"),
     ("snapshot_every=2 end_time=1", "snapshot_every = 2: it is more than end_time = 1"),
