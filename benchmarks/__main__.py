@@ -24,6 +24,7 @@ from benchmarks.scaling import scaling, sizes, users
 from benchmarks.taylor import taylor
 from mpmbench import case
 from mpmbench.core import registry
+from mpmbench.core.bases.grid.product import GridBasis
 from mpmbench.core.bases.grid.spline import TensorSpline
 from mpmbench.core.compiled import threads
 from mpmbench.core.geometry import Box, Cloud
@@ -87,6 +88,8 @@ def evaluations() -> None:
         ("bspline degree 2", "bspline", {}, box),
         ("linear", "linear", {}, box),
         ("bspline degree 3", "bspline", {"degree": 3}, box),
+        ("gimp", "gimp", {}, box),
+        ("cpdi", "cpdi", {}, box),
         ("maxent cubic prior, grid", "maxent", {}, box),
         ("lme gamma 1.8, arbitrary cloud", "lme", {}, Cloud(jittered)),
         ("mls, arbitrary cloud", "mls", {}, Cloud(jittered)),
@@ -98,14 +101,21 @@ def evaluations() -> None:
         print(
             f"{name:32} {value / len(points) * 1e9:8.1f} {value / seconds['bspline degree 2']:7.1f}"
         )
-    for start, called in (("maxent", "max-ent"), ("lme", "LME"), ("mls", "MLS")):
+    named = (
+        ("maxent", "max-ent"),
+        ("lme", "LME"),
+        ("mls", "MLS"),
+        ("gimp", "GIMP"),
+        ("cpdi", "CPDI"),
+    )
+    for start, called in named:
         (took,) = (value for name, value in seconds.items() if name.startswith(start))
         measured(f"{called} in quadratic B-splines", took / seconds["bspline degree 2"])
 
 
 def evaluation(basis, points: np.ndarray) -> Callable[[], object]:  # type: ignore[no-untyped-def]
     """A task that computes every function once: kept on the fly on grids, stored on clouds."""
-    if isinstance(basis, TensorSpline):
+    if isinstance(basis, GridBasis):
         from benchmarks.sweep import evaluate_all
 
         return lambda: evaluate_all(basis.handle, points)

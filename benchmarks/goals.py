@@ -32,6 +32,8 @@ GOALS = {
     "max-ent in quadratic B-splines": Goal(12.0, TIMES),
     "LME in quadratic B-splines": Goal(20.0, TIMES),
     "MLS in quadratic B-splines": Goal(20.0, TIMES),
+    "GIMP in quadratic B-splines": Goal(1.3, TIMES),
+    "CPDI in quadratic B-splines": Goal(3.0, TIMES),
     "LME in 3D, a particle": Goal(1.5, MICROSECONDS),
     "consistent over lumped step, linear": Goal(2.0, TIMES),
     "consistent over lumped step, quadratic": Goal(3.0, TIMES),
