@@ -42,7 +42,7 @@ class CompactionColumn(Problem):
     load_steps: int = setting(
         40, "equal steps in which the weight is applied", unit="-", least=1, most=10000
     )
-    cells_across: int = setting(2, "cells of the width", unit="-", least=1, most=100)
+    width: float = setting(6.25, "width, a whole number of cells", unit="m", above=0.0, most=1000.0)
     particle_layout: str = setting(
         "gauss",
         "Gauss points of the cells, or middles of equal sub-cells",
@@ -57,16 +57,18 @@ class CompactionColumn(Problem):
             raise NotApplicable(
                 "compaction_column is a static problem: it needs method.time=static"
             )
+        across = self.width * resolution / self.reference_length
+        if abs(across - max(1, round(across))) > 1e-9:
+            raise NotApplicable(
+                f"resolution = {resolution}: problem.width = {self.width:g} m is {across:g} cells; "
+                "a whole number is needed"
+            )
 
     # geometry
 
     def nodes(self, resolution: int, choices: Choices) -> Box:
-        h = self.reference_length / resolution
-        return Box(
-            (0.0, 0.0),
-            (self.cells_across * h, self.reference_length),
-            (self.cells_across, resolution),
-        )
+        across = max(1, round(self.width * resolution / self.reference_length))
+        return Box((0.0, 0.0), (self.width, self.reference_length), (across, resolution))
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
         box = self.nodes(resolution, Choices())

@@ -140,7 +140,11 @@ def test_plastic_dissipation_is_the_work_on_the_plastic_strain() -> None:
     (
         {"material": "j2", "material__hardening_modulus": 5.0},
         {"material": "thermo_viscoplastic", "material__rate_exponent": 5.0},
-        {"material": "johnson_cook", "material__hardening_modulus": 5.0},
+        pytest.param(
+            {"material": "johnson_cook", "material__hardening_modulus": 5.0},
+            marks=pytest.mark.slow,
+            id="johnson_cook",
+        ),
     ),
     ids=lambda metal: str(metal["material"]),
 )

@@ -69,6 +69,7 @@ def test_contract_of_transfers_with_every_stress_update(
     keep_the_contract(transfer, nodes, stress_update, 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stress_update", ("usl", "usavg"))
 @pytest.mark.parametrize("transfer", NEW)
 def test_contract_of_transfers_in_a_plane(transfer: str, stress_update: str) -> None:

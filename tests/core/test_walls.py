@@ -108,7 +108,12 @@ MOVING = {"nodes": "moving", "transfer": "position_difference"}
 
 @pytest.mark.parametrize(
     ("mass", "friction"),
-    (("lumped", 0.0), ("lumped", 0.3), ("lumped", np.inf), ("consistent", 0.3)),
+    (
+        ("lumped", 0.0),
+        ("lumped", 0.3),
+        ("lumped", np.inf),
+        pytest.param("consistent", 0.3, marks=pytest.mark.slow),
+    ),
 )
 def test_momentum_is_what_walls_give_in_any_direction(mass: str, friction: float) -> None:
     choices, dt = Explicit(mass=mass, **MOVING), 1e-3
@@ -166,7 +171,10 @@ BOUNCES = {
 }
 
 
-@pytest.mark.parametrize("name", BOUNCES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param("otm", marks=pytest.mark.slow), *(name for name in BOUNCES if name != "otm")],
+)
 def test_a_disk_bounces_with_its_energy(name: str) -> None:
     """Contact by geometry at 1.5858 s until 2.68 s; restitution 0.907.
 

@@ -62,7 +62,7 @@ def test_finite_elements_converge_with_order_2() -> None:
     """Heights as this project had them: 23.9457, 24.0293 and 24.0519 m at 8, 16 and 32 cells."""
     cells = (8, 16, 32)
     results = [
-        run("compaction_column", "fem", "linear", resolution=n, problem__cells_across=1)
+        run("compaction_column", "fem", "linear", resolution=n, problem__width=50.0 / n)
         for n in cells
     ]
     heights = [float(result.height) for result in results]

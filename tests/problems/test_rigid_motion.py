@@ -96,8 +96,15 @@ def test_all_cells_of_the_cross_product(
         assert_exact(*block(choices, basis, dt, 0.1, resolution, **settings), **settings)
 
 
+def others(basis: str) -> Any:
+    """Bases whose kernels take long to compile on a line and in space, where nothing else needs them."""
+    return (
+        pytest.param(basis, marks=pytest.mark.slow) if basis in ("gimp", "ddmp", "cpdi") else basis
+    )
+
+
 @pytest.mark.parametrize("dimension", (1, 3))
-@pytest.mark.parametrize("basis", FREE)
+@pytest.mark.parametrize("basis", [others(basis) for basis in FREE])
 def test_one_and_three_dimensions(basis: str, dimension: int) -> None:
     for motion in ("translation", "fall"):
         choices = Explicit(stress_update="musl")

@@ -26,7 +26,12 @@ def test_particles_fill_the_rod(model: str, share: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("basis", "update"), (("bspline", "usl"), ("lme", "usl"), ("linear", "musl"))
+    ("basis", "update"),
+    (
+        ("bspline", "usl"),
+        pytest.param("lme", "usl", marks=pytest.mark.slow),
+        pytest.param("linear", "musl", marks=pytest.mark.slow),
+    ),
 )
 def test_the_wall_gives_all_momentum_along_the_axis(basis: str, update: str) -> None:
     config = compose("taylor_anvil", "mpm", basis, resolution=2, method__stress_update=update)

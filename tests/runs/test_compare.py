@@ -205,7 +205,7 @@ def test_what_cannot_be_compared(both, command, folder):
     for file in both[1].glob("*.nc"):
         edit(file, schema_version=99)
     outcome = command("compare", "a", "b")
-    assert outcome.code == 20 and "schema_version = 99: one of 1, 2, 3 is needed" in outcome.out
+    assert outcome.code == 20 and "schema_version = 99: one of 1, 2, 3, 4 is needed" in outcome.out
     assert command("compare", "a").code == 2
     assert "is not a folder" in command("compare", "a", "nowhere").err
 

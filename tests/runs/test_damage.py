@@ -89,7 +89,7 @@ def test_a_file_that_the_library_does_not_come_to_an_end_with_is_named(tmp_path,
 @pytest.mark.parametrize(
     ("name", "value", "reason"),
     (
-        ("schema_version", 99, "schema_version = 99: one of 1, 2, 3 is needed"),
+        ("schema_version", 99, "schema_version = 99: one of 1, 2, 3, 4 is needed"),
         ("status", "splendid", "status = 'splendid': one of ok, diverged, "),
         ("status", [1, 2], r"status = \[1, 2\]: one of"),
         ("reason", 5.0, "reason = 5.0: text is needed"),

@@ -54,6 +54,7 @@ SIX = (
 
 def rules_chapter(campaigns: Campaigns) -> Chapter:
     """All rules of contact by the five checks, on two squares."""
+    campaigns["contact_checks"]  # raises when nothing was run
     page = Chapter(
         "contact",
         "Sect. 5.2.1: rules of contact by five checks",

@@ -40,7 +40,7 @@ def two_blocks(dimension: int, friction: float = 0.0) -> tuple[Any, SurfaceConta
     return s, SurfaceContact(s, Penalty(friction=friction))  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("dimension", (2, 3))
+@pytest.mark.parametrize("dimension", (2, pytest.param(3, marks=pytest.mark.slow)))
 def test_forces_are_the_gradient_of_the_energy(dimension: int) -> None:
     s, contact = two_blocks(dimension)
     contact._take(s)

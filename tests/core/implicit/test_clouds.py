@@ -46,7 +46,7 @@ def irregular(dim: int = 2, n: int = 9) -> Cloud:
     return Cloud(nodes, spacing=1.0 / (n - 1))
 
 
-@pytest.mark.parametrize("dim", (1, 2, 3))
+@pytest.mark.parametrize("dim", (1, 2, pytest.param(3, marks=pytest.mark.slow)))
 @pytest.mark.parametrize("name", CLOUDS)
 def test_reproduction(name: str, dim: int) -> None:
     """Polynomials up to the degree, and their gradients, wherever the cloud needed repair too."""
