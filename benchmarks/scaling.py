@@ -10,10 +10,11 @@ from benchmarks.goals import measured
 from benchmarks.implicit import build
 from benchmarks.measure import REPEATS
 from mpmbench.core.compiled import threads
+from mpmbench.core.guards import guard
 from mpmbench.core.implicit.newton import Equations
 from mpmbench.core.implicit.step import prepare
 from mpmbench.core.loads import external_force
-from mpmbench.core.simulation import Solution, Watch, guard
+from mpmbench.core.simulation import Solution, Watch
 from mpmbench.core.state import State
 
 THREADS = (1, 2)

@@ -6,8 +6,8 @@ from benchmarks.goals import measured
 from benchmarks.measure import interleaved
 from mpmbench import case
 from mpmbench.core.compiled import threads
+from mpmbench.core.guards import guard
 from mpmbench.core.loops.explicit import step, total_force, update_particles
-from mpmbench.core.simulation import guard
 from mpmbench.core.state import State
 from mpmbench.runs.hydra import compose
 

@@ -8,10 +8,11 @@ import pytest
 from mpmbench.core import registry
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box
+from mpmbench.core.guards import guard
 from mpmbench.core.loops import find_loop
 from mpmbench.core.loops.explicit import Explicit
 from mpmbench.core.particles import Particles, seed_cells
-from mpmbench.core.simulation import Body, build_state, guard, simulate
+from mpmbench.core.simulation import Body, build_state, simulate
 from mpmbench.core.state import Loads, State
 
 

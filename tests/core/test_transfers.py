@@ -12,9 +12,9 @@ from mpmbench import case
 from mpmbench.contracts import loops
 from mpmbench.core import registry
 from mpmbench.core.errors import BadSetting, Diverged, NotApplicable
+from mpmbench.core.guards import guard
 from mpmbench.core.loops.explicit import Explicit
 from mpmbench.core.particles import ParticleData, particle_data
-from mpmbench.core.simulation import guard
 from mpmbench.core.state import State
 from mpmbench.core.transfer import Transfer, find_transfer
 from mpmbench.core.transfer.series import leave_held
