@@ -22,6 +22,7 @@ import numpy as np
 from mpmbench.core.bases import BasisSettings, Promises, StoredBasis
 from mpmbench.core.bases.grid.gimp import POINT, USUAL
 from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import compiled, matrix, threads, vector
 from mpmbench.core.compiled.algebra import inverse
 from mpmbench.core.errors import BrokeDown, NotApplicable
@@ -172,6 +173,14 @@ class Cpdi(BasisSettings):
     promises: ClassVar[Promises] = Promises(
         kronecker="hull", derivative=False, grid=True, moves=False
     )
+
+    def check(self, choices: Choices, touches_fixed_nodes: bool) -> None:
+        """Refuse implicit methods: a corner that only touches a cell gives its nodes no stiffness."""
+        if choices.implicit:
+            raise NotApplicable(
+                "cpdi is for explicit methods: where a corner of a particle only touches a cell, the "
+                "nodes there have no stiffness, and the matrix of Newton's iteration is singular"
+            )
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> ConvectedDomains:
         if not isinstance(geometry, Box):
