@@ -117,6 +117,7 @@ def keep_the_contract(transfer: str, nodes: str, stress_update: str, dimension: 
         ),
         ({"transfer": "tpic", "basis": "linear"}, {"transfer": "apic", "basis": "linear"}),
         ({"transfer": "plain_apic"}, {"transfer": "apic"}),
+        ({"transfer": "plain_apic", "dimension": 2}, {"transfer": "apic", "dimension": 2}),
     ],
     ids=lambda choices: "-".join(map(str, choices.values())),
 )
