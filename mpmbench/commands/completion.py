@@ -1,7 +1,9 @@
 """The command ``completion``: what a shell has to read so that the tabulator completes words of ``mpmbench``."""
 
+import importlib
 from pathlib import Path
 
+from mpmbench.commands.help import WORDS
 from mpmbench.commands.verbs import VERBS
 from mpmbench.say import say
 from mpmbench.settings.schema import (
@@ -33,11 +35,6 @@ _mpmbench() {
 }
 complete -o default -F _mpmbench mpmbench"""
 ZSH = "autoload -U +X bashcompinit && bashcompinit"
-OPTIONS_OF = {  # of commands
-    "show": ("--time=", "--out=", "--no-exact", "--nodes", "--limits=", "--view=", "--up=", "--window"),
-    "animate": ("--mp4", "--seconds=", "--out=", "--no-exact", "--nodes", "--limits=", "--view=", "--up="),
-    "export": ("--vtk", "--csv"),
-}  # fmt: skip
 OF_RESULTS = ("show", "animate", "report", "compare", "merge", "rerun", "export", "status")
 
 
@@ -64,7 +61,7 @@ def candidates(words: list[str]) -> list[str]:
     if "=" in current and not current.startswith("-"):
         return values(current, words)
     if verb in OF_RESULTS:
-        return [*OPTIONS_OF.get(verb, ()), *places()]
+        return [*options_of(verb), *places()]
     if verb == "list":
         return sorted(
             {*VERBS, *experiments(), *(one for group in GROUPS for one in options(group))}
@@ -92,6 +89,13 @@ def values(current: str, words: list[str]) -> list[str]:
             setting = declared(group, one).get(name) if one in options(group) else None
             known += [str(value) for value in (setting.options or ()) if setting] if setting else []
     return [f"{key}={before}{comma}{one}" for one in dict.fromkeys(known)]
+
+
+def options_of(verb: str) -> list[str]:
+    """Options of a command that begin with dashes."""
+    if verb in WORDS:
+        return [word for word in WORDS[verb][0] if word.startswith("--")]
+    return list(importlib.import_module(f"mpmbench.commands.{verb}").parser().options())
 
 
 def papers() -> list[str]:

@@ -34,7 +34,7 @@ WORDS: dict[str, tuple[dict[str, str], str]] = {
     "choose": (
         {
             "problem=P": "the problem",
-            "error=E": "relative error that is good enough",
+            "error=E": "error that is good enough, in the unit that the answer shows",
             "results=FOLDER": "where the runs are; results/matrix by default",
             "pages=FOLDER": "write pages of all runs there instead",
         },

@@ -33,11 +33,18 @@ class Words(argparse.ArgumentParser):
         """Raise `BadInput` for what argparse does not understand."""
         raise BadInput(f"{self.command}: {message}; see `{self.command} --help`")
 
+    def options(self) -> list[str]:
+        """Its options, with ``=`` behind those that take a value."""
+        return [
+            one if action.nargs == 0 else f"{one}="
+            for action in self._actions
+            for one in action.option_strings
+        ]
+
     def read(self, arguments: Sequence[str]) -> argparse.Namespace:
         """The values of the words; raises `BadInput` for one that is unknown."""
         found, unknown = self.parse_known_args(list(arguments))
-        options = [one for action in self._actions for one in action.option_strings]
         for word in unknown:
-            hint = did_you_mean(word.partition("=")[0], options)
+            hint = did_you_mean(word.partition("=")[0], [one.rstrip("=") for one in self.options()])
             raise BadInput(f"{self.command} {word}: there is no such option{hint}")
         return found

@@ -10,7 +10,7 @@ from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Box, Cloud, Geometry
 from mpmbench.core.geometry.surface import inside_polygons
-from mpmbench.core.geometry.triangulate import seed_triangles
+from mpmbench.core.geometry.triangulate import check_points, seed_triangles
 from mpmbench.core.materials import Material
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
@@ -33,8 +33,7 @@ class Collision(Problem):
             raise NotApplicable("a collision is dynamic: it needs method.time=explicit or newmark")
 
     def check_particles(self, particles_per_cell: int) -> None:
-        """Triangles have one particle or three."""
-        seed_triangles(np.eye(3, 2), np.array([[0, 1, 2]]), particles_per_cell)
+        check_points(particles_per_cell)
 
     # geometry and initial conditions, from the bodies
 

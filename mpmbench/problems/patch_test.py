@@ -15,7 +15,12 @@ import numpy as np
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Cloud
-from mpmbench.core.geometry.triangulate import jittered, seed_triangles, triangulation
+from mpmbench.core.geometry.triangulate import (
+    check_points,
+    jittered,
+    seed_triangles,
+    triangulation,
+)
 from mpmbench.core.materials import Material
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
@@ -58,12 +63,7 @@ class PatchTest(Problem):
             )
 
     def check_particles(self, particles_per_cell: int) -> None:
-        require(
-            particles_per_cell in (1, 3),
-            "particles_per_cell",
-            particles_per_cell,
-            "1 or 3 (points per triangle)",
-        )
+        check_points(particles_per_cell)
 
     # geometry
 

@@ -24,7 +24,7 @@ import numpy as np
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box, Cloud, Geometry
-from mpmbench.core.geometry.triangulate import seed_triangles
+from mpmbench.core.geometry.triangulate import check_points, seed_triangles
 from mpmbench.core.materials import Material
 from mpmbench.core.materials.elastic.small_strain_elastic import SmallStrainElastic
 from mpmbench.core.registry import register
@@ -57,12 +57,7 @@ class PlateWithHole(Problem):
             raise NotApplicable("plate_with_hole is a static problem: it needs method.time=static")
 
     def check_particles(self, particles_per_cell: int) -> None:
-        require(
-            particles_per_cell in (1, 3),
-            "particles_per_cell",
-            particles_per_cell,
-            "1 or 3 (points per triangle)",
-        )
+        check_points(particles_per_cell)
 
     # geometry
 

@@ -16,7 +16,7 @@ import numpy as np
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box, Cloud, Geometry
-from mpmbench.core.geometry.triangulate import ring_mesh, seed_triangles
+from mpmbench.core.geometry.triangulate import check_points, ring_mesh, seed_triangles
 from mpmbench.core.materials import Material
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
@@ -108,12 +108,7 @@ class RollingDisk(Problem):
             raise NotApplicable("method.shape_functions=frozen never lets the disk meet the plane")
 
     def check_particles(self, particles_per_cell: int) -> None:
-        require(
-            particles_per_cell in (1, 3),
-            "particles_per_cell",
-            particles_per_cell,
-            "1 or 3 (points per triangle)",
-        )
+        check_points(particles_per_cell)
 
     # geometry
 

@@ -30,6 +30,7 @@ METHOD_NAMES = {
     "gmm": "GMM",
     "efg": "EFG",
     "fem": "FEM",
+    "linear_fem": "linear FEM",
     "sph": "SPH",
     "tlmpm": "TLMPM",
     "ulmpm": "ULMPM",

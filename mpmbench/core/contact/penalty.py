@@ -18,13 +18,14 @@ force exceeds mu times the normal one.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any, ClassVar
 
 import numpy as np
 
 from mpmbench.core.bases.clouds.search import cell_of, fill_buckets, make_buckets
 from mpmbench.core.bases.handle import count, index, locate, scratch, value
-from mpmbench.core.bodies import Part
+from mpmbench.core.bodies import Part, boxes_meet
 from mpmbench.core.compiled import lean, vector
 from mpmbench.core.contact import Contact, ContactRule
 from mpmbench.core.errors import NotApplicable
@@ -136,9 +137,10 @@ class SurfaceContact(Contact):
         middle, reach = self._facets()
         self._buckets = fill_buckets(self._buckets, middle, reach)
         surface = self.surface
+        normal, _ = facet_normals(self.x[surface.facet])
         self.normal[:] = 0.0
         for corner in surface.facet.T:
-            np.add.at(self.normal, corner, facet_normals(self.x[surface.facet])[0])
+            np.add.at(self.normal, corner, normal)
         springs(
             (0.0,) * self.dimension,
             self._buckets,
@@ -155,10 +157,7 @@ class SurfaceContact(Contact):
     def may_touch(self, bodies: int) -> bool:
         """Whether the boxes of any two bodies meet."""
         own = [self.x[self.surface.body == b] for b in range(bodies)]
-        low = np.array([x.min(axis=0) for x in own])
-        high = np.array([x.max(axis=0) for x in own])
-        meets = (low[:, None] <= high[None, :]).all(axis=2)
-        return int(np.count_nonzero(meets & meets.T)) > bodies
+        return any(boxes_meet(one, other) for one, other in combinations(own, 2))
 
 
 def lame_of(material: Any) -> tuple[float, float]:
@@ -247,12 +246,13 @@ def springs(axes, buckets, surface, points, stiffness, friction, deepest, dt, en
                 for d in range(dim):
                     best[d] = share[d]
         height = 0.0
-        for d in range(dim):
-            away[d] = x[p, d]
-            for e in range(dim):
-                away[d] -= best[e] * x[facet[found, e], d] if found >= 0 else 0.0
-            for e in range(dim):
-                height += away[d] * best[e] * normal[facet[found, e], d] if found >= 0 else 0.0
+        if found >= 0:
+            for d in range(dim):
+                away[d] = x[p, d]
+                for e in range(dim):
+                    away[d] -= best[e] * x[facet[found, e], d]
+                for e in range(dim):
+                    height += away[d] * best[e] * normal[facet[found, e], d]
         if not height < 0.0:
             for d in range(dim):
                 stuck[p, d] = 0.0

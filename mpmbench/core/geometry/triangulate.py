@@ -18,6 +18,16 @@ def barycentres(cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
     return cloud.nodes[cloud.simplices].mean(axis=1), simplex_volumes(cloud.nodes, cloud.simplices)
 
 
+# Barycentric coordinates of the Gauss points of a triangle.
+RULES = {1: np.full((1, 3), 1.0 / 3.0), 3: np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3)}
+
+
+def check_points(points: int) -> None:
+    """Raise `BadSetting` unless there is a rule with that many points of a triangle."""
+    if points not in RULES:
+        raise BadSetting("particles_per_cell", points, "1 or 3 (points per triangle)")
+
+
 def seed_triangles(
     nodes: np.ndarray, triangles: np.ndarray, points: int
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -28,10 +38,8 @@ def seed_triangles(
     BadSetting
         For another number of points.
     """
-    rules = {1: np.full((1, 3), 1.0 / 3.0), 3: np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3)}
-    if points not in rules:
-        raise BadSetting("particles_per_cell", points, "1 or 3 (points per triangle)")
-    X = np.einsum("gk,tkd->tgd", rules[points], nodes[triangles]).reshape(-1, 2)
+    check_points(points)
+    X = np.einsum("gk,tkd->tgd", RULES[points], nodes[triangles]).reshape(-1, 2)
     return X, np.repeat(simplex_volumes(nodes, triangles) / points, points)
 
 

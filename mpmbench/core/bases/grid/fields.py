@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mpmbench.core.bases.grid.product import GridBasis, line, product
-from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.particles import Particles
 
 
@@ -34,7 +33,7 @@ def _line(fields, x, p, d, phi, slope):
 
 
 class FieldsBasis(GridBasis):
-    """Copies of a basis on a grid, one for each body.
+    """Copies of a basis on a grid, one for each body; `evaluate` takes the first particles in their order.
 
     Parameters
     ----------
@@ -60,7 +59,3 @@ class FieldsBasis(GridBasis):
     def locate(self, x: np.ndarray) -> None:
         self.basis.locate(x)
         self.handle = self.handle._replace(grid=self.basis.handle)
-
-    def evaluate(self, x: np.ndarray) -> Stencils:
-        """As any basis, for the first particles in their order: those with mass, or all."""
-        return super().evaluate(x)
