@@ -103,7 +103,8 @@ def inelastic_chapter(campaigns: Campaigns) -> Chapter:
                 raise
             continue
         exact, plastic = exact_stress(settings_of(campaigns, file), found["time"], found["strain"])
-        look: dict[str, Any] = {"color": f"C{rank}", "lw": 2.0, "alpha": 0.7}
+        width = 4.0 - 0.5 * rank  # where paths coincide, the later one lies on the wider one
+        look: dict[str, Any] = {"color": f"C{rank}", "lw": width, "alpha": 0.7}
         axes[0, 0].plot(*thinned(found["strain"], 1e-6 * found["axial_stress"]), label=name, **look)
         axes[0, 0].plot(*thinned(found["strain"], 1e-6 * exact), **style.EXACT | {"linewidth": 0.5})
         axes[0, 1].plot(
@@ -121,7 +122,10 @@ def inelastic_chapter(campaigns: Campaigns) -> Chapter:
     axes[0, 0].set(xlabel="strain", ylabel="stress [MPa]")
     axes[0, 1].set(xlabel="equivalent plastic strain", ylabel="temperature [K]")
     axes[0, 0].legend(fontsize=5)
-    caption = "Colours: 2,000 steps of the update; black: the differential equations, integrated to nine digits."
+    caption = (
+        "Colours: 2,000 steps of the update; black: the differential equations, integrated to nine digits. "
+        "Where paths coincide, the thinner line lies on the wider one."
+    )
     page.draw("paths", "Stress and temperature along paths", caption, figure)
     columns = ["point", "stress at the end [Pa]", "plastic strain", "temperature [K]"]
     columns += ["largest difference of stress over the largest stress", "of plastic strain"]
