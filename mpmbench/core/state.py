@@ -176,6 +176,10 @@ class State:
         self.sums = NodalSums(len(self.fixed), len(p.x), p.dimension, body_force)
         self.walls = Walls(self.loads.walls, len(self.fixed), p.dimension)
 
+    def give(self, energy: float) -> None:
+        """Count kinetic energy [J] that nodes were given."""
+        self.kinetic_given = (self.kinetic_given or 0.0) + energy
+
     def record(self, name: str, value: Any) -> None:
         """Note a number or array about the step being done."""
         self.records.setdefault(name, []).append(value)

@@ -186,7 +186,7 @@ def step(s: State, dt: float) -> None:
     s.contact_energy -= by_walls + by_contact
     s.external_work += by_loads + by_reaction
     by_forces = dt * (float(np.vdot(n.f, n.v_last)) + s.contact.power(n.v)) + by_loads
-    give(s, 0.5 * by_forces + by_walls + by_contact + by_reaction)
+    s.give(0.5 * by_forces + by_walls + by_contact + by_reaction)
     loaded = p.x[s.traction_particle]
 
     if choices.stress_update == "usl":
@@ -214,11 +214,6 @@ def step(s: State, dt: float) -> None:
     s.time += dt
 
 
-def give(s: State, energy: float) -> None:
-    """Count kinetic energy [J] that nodes were given."""
-    s.kinetic_given = (s.kinetic_given or 0.0) + energy
-
-
 def strains(s: State, dt: float, share: float = 1.0, first: bool = False) -> None:
     """Count half of the work of the stresses at the nodal velocities that now strain the particles.
 
@@ -226,7 +221,7 @@ def strains(s: State, dt: float, share: float = 1.0, first: bool = False) -> Non
     stresses which follow: work by the trapezoidal rule, as strains store it.
     """
     n = s.nodes
-    give(s, 0.5 * share * dt * float(np.vdot(n.f_internal, n.v)))
+    s.give(0.5 * share * dt * float(np.vdot(n.f_internal, n.v)))
     if first and share < 1.0:
         np.copyto(n.v_last, (1.0 - share) * n.v, where=n.new)
         n.v_last += share * n.v

@@ -114,7 +114,7 @@ class Newmark(ImplicitLoop):
             if self.moving:
                 come_to_rest(equations, equations.contact, mass, n.v, n.a)
             s.contact_energy += moving - kinetic_energy(s, w, n.v)
-        s.kinetic_given = (s.kinetic_given or 0.0) + given + kinetic_energy(s, w, n.v)
+        s.give(given + kinetic_energy(s, w, n.v))
         if self.moving:
             assembly.interpolate(w.phi, n.v, p.v)
             assembly.interpolate(w.phi, n.a, p.a)
