@@ -5,6 +5,7 @@ import pytest
 
 from mpmbench.core.errors import BadSetting
 from mpmbench.core.geometry import Box, Cloud
+from mpmbench.core.geometry.triangulate import seed_triangles
 from tests.core.test_maxent import jittered
 
 
@@ -18,6 +19,12 @@ def test_spacing_of_nodes() -> None:
     for flat in ([[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]], np.tile(np.arange(5.0)[:, None], (1, 2))):
         with pytest.raises(BadSetting, match="volume"):
             _ = Cloud(np.array(flat)).nodal_spacing
+
+
+@pytest.mark.parametrize("points", (0, 2, 4))
+def test_a_triangle_has_one_point_or_three(points: int) -> None:
+    with pytest.raises(BadSetting, match=f"particles_per_cell = {points}: 1 or 3"):
+        seed_triangles(np.eye(3, 2), np.array([[0, 1, 2]]), points)
 
 
 def test_boxes_and_clouds_name_their_nodes_alike() -> None:

@@ -6,12 +6,21 @@ from scipy.special import lambertw
 
 from mpmbench.analysis.slopes import fitted_order
 from mpmbench.core import registry
+from mpmbench.core.choices import Choices
 from tests.core.support import run
 
 
 def law(name: str, **settings: float) -> object:
     given = {"young_modulus": 1e4, "poisson_ratio": 0.0, "density": 80.0} | settings
     return registry.get("material", name)(**given)
+
+
+def test_its_width_is_that_of_the_body_and_of_its_grid() -> None:
+    problem = registry.get("problem", "compaction_column")(width=12.5)
+    for resolution in (8, 16):
+        X, V0 = problem.seed(resolution, 4)
+        assert V0.sum() == pytest.approx(12.5 * 50.0) and 0.0 < X[:, 0].min() < X[:, 0].max() < 12.5
+        assert problem.nodes(resolution, Choices()).points[:, 0].max() == 12.5
 
 
 def test_closed_forms() -> None:

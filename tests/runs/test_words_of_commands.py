@@ -98,6 +98,7 @@ def test_words_that_may_come_next(tmp_path, monkeypatch):
     for verb in OF_RESULTS:
         assert {"results/some", "results/some/a.nc"} <= {*candidates([verb, ""])}
     assert "bar_fixed_ends" in candidates(["list", "bar"])
+    assert {"--limits=", "--nodes"} <= {*candidates(["show", ""])}  # with a value, and without
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash")
