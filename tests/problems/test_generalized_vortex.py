@@ -1,5 +1,6 @@
 """The generalised vortex: its body force, its exact integrals, and the values and orders of the field."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from mpmbench.analysis.slopes import fitted_order
 from mpmbench.core import registry
+from mpmbench.core.errors import NotApplicable
 from tests.core.support import run
 
 MATERIAL = registry.get("material", "neo_hookean")(
@@ -129,3 +131,15 @@ def test_values_and_orders(
     assert errors == pytest.approx(values, rel=0.15)
     order = fitted_order(1.0 / np.array([8, 16, 32]), np.array(errors))
     assert 1.6 < order < 1.9 or (seeding == "cartesian" and 1.4 < order < 1.7), order
+
+
+@pytest.mark.parametrize("name", ("generalized_vortex", "radial_ring"))
+def test_what_its_force_is_not_made_for_is_refused(name: str) -> None:
+    problem = registry.get("problem", name)()
+    law = registry.get("material", "neo_hookean")(poisson_ratio=0.0)
+    problem.check(law, SimpleNamespace(dynamic=True), "linear", 8)
+    with pytest.raises(NotApplicable, match="dynamic problem"):
+        problem.check(law, SimpleNamespace(dynamic=False), "linear", 8)
+    with pytest.raises(NotApplicable, match="neo_hookean"):
+        other = registry.get("material", "hencky_elastic")()
+        problem.check(other, SimpleNamespace(dynamic=True), "linear", 8)

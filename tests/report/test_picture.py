@@ -99,6 +99,12 @@ def test_pictures_and_films_in_every_dimension(dim):
     assert (film.format, film.n_frames, film.info["duration"]) == ("GIF", 3, 1000)
 
 
+def test_a_window_holds_all_particles_that_are_somewhere():
+    places = np.array([[[0.0, 0.0], [2.0, 1.0]], [[3.0, -1.0], [np.nan, 5.0]]])
+    window = picture.frame([places], np.full((2, 2), 0.5))
+    assert window.tolist() == [[-0.5, -1.5], [3.5, 1.5]]
+
+
 def test_the_exact_solution_stands_beside_at_its_own_place():
     data = result(2)
     computed, exact = picture.picture(data, "displacement").axes[:2]

@@ -9,6 +9,8 @@ from mpmbench import case
 from mpmbench.core.bodies import Part, inertia, overlap
 from mpmbench.core.errors import BadSetting
 from mpmbench.core.geometry import Cloud
+from mpmbench.core.geometry.surface import facet_normals, surface_of
+from mpmbench.core.geometry.triangulate import ring_mesh
 from mpmbench.core.loops.explicit import Update, carry
 from mpmbench.core.registry import get
 from tests.core.contact.checks import SMALL
@@ -35,6 +37,17 @@ def test_vibration_is_what_rigid_motion_leaves() -> None:
         other = rigid + 0.1 * rng.standard_normal(x.shape)
         least = inertia(m, x, other)[2]
         assert 0.0 < least <= 0.5 * float(m @ np.sum((other - rigid) ** 2, axis=1))
+
+
+def test_normals_of_a_surface_point_outwards_whichever_way_it_runs() -> None:
+    nodes, triangles = ring_mesh(2.0, 6)
+    surface = surface_of(Cloud(nodes, triangles, spacing=1.0))
+    corners = nodes[surface.row][surface.facet]
+    normal, size = facet_normals(corners)
+    middle = corners.mean(axis=1)
+    assert np.allclose(normal, middle / np.linalg.norm(middle, axis=1)[:, None], atol=1e-12)
+    chord = 2.0 * 36 * 2.0 * np.sin(np.pi / 36)
+    assert size.sum() == surface.area.sum() == pytest.approx(chord)
 
 
 def test_overlap_is_refused_with_names_and_depth() -> None:
