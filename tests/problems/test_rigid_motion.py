@@ -242,12 +242,17 @@ def test_a_stressed_block_with_particles_on_nodes(
 def test_max_ent_functions_on_the_hull_say_what_broke_the_block() -> None:
     preset = schema.composed("method", "unified")["method"]
     settings = {"velocity_amplitude": 0.1, "stretch": 0.01, "particle_layout": "nodes"}
-    _, solution = block(Explicit(**preset), "maxent", 2e-4, 0.5, **settings)
+    state, solution = block(Explicit(**preset), "maxent", 2e-4, 0.5, **settings)
     assert solution.status == "broke_down"
+    lost, phi = re.search(r"particle (\d+) has the volume", solution.reason), state.basis.handle
+    assert lost is not None and state.geometry is not None
+    p = int(lost[1])
+    steepest = np.abs(phi.grad_phi[p, : phi.size[p]]).max() * state.geometry.nodal_spacing
     said = re.search(
         r"gradients of (\S+) over the nodal spacing, which have no bound", solution.reason
     )
-    assert said and float(said[1]) > 1e5, solution.reason
+    assert said and float(said[1]) == pytest.approx(steepest, rel=0.05), solution.reason
+    assert steepest > 1e5
 
 
 def test_usl_says_what_it_met() -> None:
