@@ -22,10 +22,11 @@ LATER: dict[tuple[str, str], dict[str, Any]] = {
     ("problem", "cantilever_dynamic"): {"behind": "room"},
     ("problem", "rolling_disk"): {"plane": "nodes", "friction": None},
 }
-# The same for keys of all methods whose time loop is the explicit one or derives from it, which
-# those have that have the first key.
+# The same for keys of all methods whose time loop is the explicit or the implicit one or derives
+# from it, which those have that have the first key.
 LATER_OF_LOOPS: dict[str, dict[str, Any]] = {
-    "mass_cutoff": {"transfer_order": 2, "gradient": "functions"}
+    "mass_cutoff": {"transfer_order": 2, "gradient": "functions"},
+    "step_halvings": {"volumetric": "standard"},
 }
 # Groups that came later, with the choice that does what was done before.
 LATER_GROUPS: dict[str, dict[str, Any]] = {"contact": {"name": "shared"}}

@@ -51,8 +51,10 @@ def test_a_key_that_came_later_can_still_have_the_value_of_before():
         settings = declared(group, name)
         for key, value in keys.items():
             assert value == settings[key].default or value in settings[key].options
-    for loop in ("mpm", "otm", "unified", "linear_fem"):
-        settings = declared("method", loop)
-        for marked, keys in LATER_OF_LOOPS.items():
+    explicit, implicit = ("mpm", "otm", "unified", "linear_fem"), ("implicit_mpm", "gmm", "fem")
+    for marked, loops in {"mass_cutoff": explicit, "step_halvings": implicit}.items():
+        keys = LATER_OF_LOOPS[marked]
+        for loop in loops:
+            settings = declared("method", loop)
             assert marked in settings
             assert all(value == settings[key].default for key, value in keys.items())

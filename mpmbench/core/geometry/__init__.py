@@ -70,11 +70,14 @@ class Cloud:
         Node numbers of each simplex, shape (S, dim + 1).
     spacing : float or None
         Typical distance between neighbours [m], where the maker of the cloud knows it.
+    cells : tuple of int or None
+        The nodes are the corners of a bent grid of so many cells, the last axis fastest.
     """
 
     nodes: np.ndarray
     simplices: np.ndarray | None = None
     spacing: float | None = None
+    cells: tuple[int, ...] | None = None
 
     @property
     def dimension(self) -> int:

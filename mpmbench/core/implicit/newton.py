@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mpmbench.core.errors import BrokeDown, NotConverged
-from mpmbench.core.implicit import assembly
+from mpmbench.core.implicit import assembly, f_bar
 from mpmbench.core.implicit.constraints import add_augmentation
 from mpmbench.core.implicit.contact import WallContact
 from mpmbench.core.implicit.ghost import add_ghost
@@ -118,9 +118,11 @@ class Equations:
         start = assembly.Start(p.V0, p.F, p.state, self.time)
         iterate = assembly.Iterate(w.F, w.state, w.tau)
         tangent = pattern.slot, self.blocks
-        inverted = assembly.equilibrium(
-            self.s.law, w.phi, start, du, iterate, self.internal, *tangent
-        )
+        sums = self.s.law, w.phi, start, du, iterate, self.internal, *tangent
+        if w.cells is None:
+            inverted = assembly.equilibrium(*sums)
+        else:
+            inverted = f_bar.equilibrium(*sums, w.cells)
         if inverted >= 0:
             return None
         residual = self.external - self.internal

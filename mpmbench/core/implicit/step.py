@@ -6,6 +6,7 @@ from mpmbench.core.bases.handle import Stencils, fill
 from mpmbench.core.compiled import compiled
 from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.constraints import HeldPoints
+from mpmbench.core.implicit.f_bar import cells_of
 from mpmbench.core.implicit.ghost import ghost_of
 from mpmbench.core.implicit.workspace import Workspace
 from mpmbench.core.loads import external_force
@@ -51,6 +52,8 @@ def prepare(s: State) -> Workspace:
     if not same:
         w.pattern = build_pattern(size, index, s.basis.nodes, s.material.symmetric_tangent)
         w.pattern_of = size, index.copy()
+        if s.choices.volumetric == "f_bar":
+            w.cells = cells_of(np.where(p.V0 > 0.0, w.phi.size, 0), w.phi.index)
     return w
 
 

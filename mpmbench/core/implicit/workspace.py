@@ -6,6 +6,7 @@ import numpy as np
 
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.implicit.constraints import HeldPoints
+from mpmbench.core.implicit.f_bar import Cells
 from mpmbench.core.implicit.ghost import GhostCells, GhostGrid, GhostSimplices
 from mpmbench.core.matrix.blocks import BandMemory
 from mpmbench.core.matrix.pattern import Pattern
@@ -21,6 +22,8 @@ class Workspace:
         Shape functions at the start of the step.
     F, state, tau : ndarray
         Deformation gradients, history and Kirchhoff stresses of the current iterate.
+    cells : Cells or None
+        The particles of each cell, for F-bar.
     held : HeldPoints or None
         Dirichlet conditions at points; without them, nodes are held directly.
     memory : BandMemory
@@ -34,6 +37,7 @@ class Workspace:
     pattern: Pattern | None = None
     ghost_grid: GhostGrid | GhostSimplices | None = None
     ghost: GhostCells | None = None
+    cells: Cells | None = None
     held: HeldPoints | None = None
     memory: BandMemory = field(default_factory=BandMemory)
     pattern_of: tuple[np.ndarray, np.ndarray] = field(

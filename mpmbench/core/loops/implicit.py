@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mpmbench.core.errors import NotApplicable, NotConverged
+from mpmbench.core.geometry import Box
 from mpmbench.core.loops import TimeLoop
 from mpmbench.core.materials import kirchhoff_stress
 from mpmbench.core.setting import setting
@@ -49,6 +50,11 @@ class ImplicitLoop(TimeLoop):
         least=0.0,
         below=1.0,
         by_preset=True,
+    )
+    volumetric: str = setting(
+        "standard",
+        "change of volume at each particle, or one for all particles of a cell (f_bar: no locking)",
+        options=("standard", "f_bar"),
     )
     residual_tolerance: float = setting(
         1e-8,
@@ -116,6 +122,27 @@ class ImplicitLoop(TimeLoop):
                     "method.ghost_stiffness > 0 needs a background grid, "
                     f"and basis={case.basis_name} has none"
                 )
+
+        if self.volumetric == "f_bar":
+            self._check_cells(case)
+
+    def _check_cells(self, case: Any) -> None:
+        """Refuse F-bar where particles of a cell do not share their functions, or have equal gradients."""
+        geometry = case.problem.nodes(case.resolution, self)
+        if not case.basis.background_grid:
+            raise NotApplicable(
+                "method.volumetric=f_bar needs functions that all particles of a cell share: "
+                "basis=linear or bspline"
+            )
+        if self.frozen:
+            raise NotApplicable(
+                "method.volumetric=f_bar needs method.shape_functions=updated: frozen functions "
+                "are pushed forward by F itself"
+            )
+        if not isinstance(geometry, Box) and (geometry.cells is None or not self.moving):
+            raise NotApplicable(
+                "method.volumetric=f_bar changes nothing in triangles, whose gradients are constant"
+            )
 
     def step(self, s: State, dt: float, level: int = 0) -> None:
         """Advance by `dt` [s], in two halves when Newton's iteration fails, these in halves again."""

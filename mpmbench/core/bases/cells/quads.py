@@ -15,7 +15,7 @@ from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import compiled, matrix
 from mpmbench.core.compiled.algebra import determinant, inverse, transform_rows
 from mpmbench.core.errors import BrokeDown
-from mpmbench.core.geometry import Box
+from mpmbench.core.geometry import Box, Geometry
 
 
 @compiled
@@ -98,16 +98,16 @@ class MovingCells(StoredBasis):
 
 
 class MovingQuads(MovingCells):
-    """Linear functions on the cells of a grid, whose corners move one by one."""
+    """Linear functions on the cells of a grid, straight or bent, whose corners move one by one."""
 
-    def __init__(self, box: Box, particles: int) -> None:
-        super().__init__(box.points, particles, 2**box.dimension)
-        self.box: Box | None = box  # until the nodes move
+    def __init__(self, grid: Geometry, particles: int) -> None:
+        dimension = grid.dimension
+        super().__init__(grid.points, particles, 2**dimension)
+        self.box = grid if isinstance(grid, Box) else None  # until the nodes move
         # nodes of each cell, shape (cells, 2^dim); corners are bits, the last axis lowest
-        numbers = np.arange(len(self.nodes)).reshape([n + 1 for n in box.cells])
-        self.cells = sliding_window_view(numbers, (2,) * box.dimension).reshape(
-            -1, 2**box.dimension
-        )
+        assert grid.cells is not None
+        numbers = np.arange(len(self.nodes)).reshape([n + 1 for n in grid.cells])
+        self.cells = sliding_window_view(numbers, (2,) * dimension).reshape(-1, 2**dimension)
 
     def _attach(self, x: np.ndarray, stored: Stencils) -> np.ndarray:
         cell, xi = self._find(x)

@@ -24,12 +24,10 @@ class Linear(BasisSettings):
     background_grid: ClassVar[bool] = True  # its cells can carry ghost stiffness
 
     def build(self, geometry: Geometry, particles: int, moving: bool) -> Basis:
-        if not isinstance(geometry, Box):
-            if geometry.simplices is None:
-                raise NotApplicable("linear on an unstructured set of nodes needs a triangulation")
-            return (
-                MovingSimplices(geometry, particles)
-                if moving
-                else FixedSimplices(geometry, particles)
-            )
-        return MovingQuads(geometry, particles) if moving else TensorSpline(geometry, degree=1)
+        if moving and geometry.cells is not None:
+            return MovingQuads(geometry, particles)
+        if isinstance(geometry, Box):
+            return TensorSpline(geometry, degree=1)
+        if geometry.simplices is None:
+            raise NotApplicable("linear on an unstructured set of nodes needs a triangulation")
+        return (MovingSimplices if moving else FixedSimplices)(geometry, particles)
