@@ -9,9 +9,10 @@ from mpmbench.case.output import dataset
 from mpmbench.case.read import Case, Config, bodies_of, read
 from mpmbench.core.bodies import particles_of
 from mpmbench.core.compiled import threads
+from mpmbench.core.end_state import EndState, refuse_unlike
 from mpmbench.core.errors import SolverFailure
 from mpmbench.core.particles import Particles
-from mpmbench.core.simulation import Body, Solution, build_state, simulate
+from mpmbench.core.simulation import Body, Solution, Watch, build_state, first_step, simulate
 from mpmbench.core.stability import stability_limit
 from mpmbench.core.state import State
 from mpmbench.problems import Problem
@@ -49,7 +50,9 @@ def build(case: Case) -> State:
     return state
 
 
-def solve(config: Config, progress: Progress | None = None) -> xr.Dataset:
+def solve(
+    config: Config, progress: Progress | None = None, before: EndState | None = None
+) -> xr.Dataset:
     """Run one case in this process.
 
     Parameters
@@ -59,6 +62,8 @@ def solve(config: Config, progress: Progress | None = None) -> xr.Dataset:
     progress : callable or None
         ``progress(fraction, time)``, first with 0 when set-up and compiling are over and the solver
         starts.
+    before : EndState or None
+        The end of a shorter run, from which this one goes on.
 
     Returns
     -------
@@ -81,8 +86,16 @@ def solve(config: Config, progress: Progress | None = None) -> xr.Dataset:
         solution = Solution(status=failure.status, reason=f"{failure} (before the first step)")
         return dataset(config, case, None, solution, perf_counter() - start)
     compile_time = perf_counter() - start
-    solution = simulate(state, time_step, end_time, config.get("snapshot_times") or (), progress)
+    instants = config.get("snapshot_times") or ()
+    solution = simulate(state, time_step, end_time, instants, progress, before)
     return dataset(config, case, state, solution, compile_time)
+
+
+def refuse_to_continue(config: Config, before: EndState) -> None:
+    """Raise `NotApplicable` with the reason unless a run can go on from the end of a shorter one."""
+    state = build(read(config))
+    first_step(state, float(config["time_step"]))
+    refuse_unlike(Watch(state, Solution(), float(config["end_time"]), []), before)
 
 
 def step_size(config: Config, case: Case, state: State) -> float | Callable[[State], float]:

@@ -9,10 +9,12 @@ import xarray as xr
 
 from mpmbench.analysis.norms import error_norms
 from mpmbench.case.read import Case, Config
+from mpmbench.core.end_state import as_numbers
 from mpmbench.core.materials.fields import derived_fields
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
 
+END_STATE = "end_state"  # variables whose name begins so are for continuing a run
 UNITS = {"displacement": "m", "velocity": "m s-1", "stress": "Pa"}
 
 
@@ -54,6 +56,7 @@ def dataset(
     for name, (value, unit, text, *dims) in problem.quantities(solution, case.material).items():
         default = ("time",) if np.ndim(value) else ()
         out[name] = labelled(dims[0] if dims else default, value, unit, text)
+    _add_end_state(out, solution)
     return out
 
 
@@ -186,6 +189,20 @@ def _add_snapshots(out: xr.Dataset, state: State, solution: Solution) -> None:
             for k, axis in enumerate(declared.axes)
         ]
         out[name] = labelled((*each, *own), kept(name), declared.unit, declared.says)
+
+
+def _add_end_state(out: xr.Dataset, solution: Solution) -> None:
+    """What the command ``continue`` goes on from; no other reader of a result sees it."""
+    if solution.end_state is None:
+        return
+    row, told = as_numbers(solution.end_state())
+    text = np.frombuffer(told.encode(), dtype=np.uint8)
+    for name, values, says in (
+        ("", row, "all numbers of the simulation at its end"),
+        ("_places", text, "what these numbers are, as JSON"),
+    ):
+        name = END_STATE + name
+        out[name] = labelled(f"{name}_size", values, "", says)
 
 
 def _add_exact(out: xr.Dataset, case: Case, X: np.ndarray, solution: Solution) -> None:

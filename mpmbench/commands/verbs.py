@@ -13,6 +13,7 @@ VERBS = {
     "compare": ("A B", "what is better or worse in folder B than in A"),
     "merge": ("TARGET A B...", "results of several machines in one folder"),
     "rerun": ("FILE.nc [LIMIT=VALUE...]", "run again from a result file: is the same the result?"),
+    "continue": ("FILE.nc end_time=T", "go on from the end of a stored run, with the same bits"),
     "check": ("FILE.py", "does a plug-in keep its contract? a scorecard"),
     "new": ("KIND NAME FOLDER", "a working plug-in or paper to start from, with its test"),
     "export": ("RESULT --vtk|--csv", "particles for ParaView, or everything as CSV"),

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from time import perf_counter, process_time
 from typing import Any
 
@@ -15,6 +16,7 @@ from mpmbench.core.bodies import Part, audit, gather, owners
 from mpmbench.core.compiled import threads
 from mpmbench.core.contact import ContactRule
 from mpmbench.core.contact.shared import Shared
+from mpmbench.core.end_state import EndState, end_state, put_back
 from mpmbench.core.energies import (
     dissipated_energy,
     kinetic_energy,
@@ -33,6 +35,7 @@ from mpmbench.core.particles import Particles, particle_data
 from mpmbench.core.state import Nodes, State
 from mpmbench.core.transfer import find_transfer
 
+SAME_STEP = 1e-15  # relative: the step that was asked for, but for the rounding of a quotient
 ENERGY_GROWTH = 10.0  # a run with this many times the energy that was put in has diverged
 
 
@@ -84,6 +87,8 @@ class Solution:
         and further data of all particles.
     records : dict of list
         What the time loop noted about each step (`State.record`).
+    end_state : callable or None
+        ``end_state()`` is what a longer run can be continued from; None where there is no such run.
     """
 
     status: str = "ok"
@@ -98,6 +103,7 @@ class Solution:
     snapshots: list[dict[str, Any]] = field(default_factory=list)
     records: dict[str, list[Any]] = field(default_factory=dict)
     body_masses: list[float] = field(default_factory=list)  # [kg]
+    end_state: Callable[[], EndState] | None = None
 
 
 def build_state(
@@ -169,6 +175,7 @@ def simulate(
     end_time: float,
     snapshot_times: Sequence[float] = (),
     progress: Callable[[float, float], None] | None = None,
+    before: EndState | None = None,
 ) -> Solution:
     """Run from the initial state to `end_time`; a numerical failure ends the run and is part of the solution.
 
@@ -184,12 +191,16 @@ def simulate(
         Instants [s] at which particles are copied, besides the start and the end.
     progress : callable or None
         ``progress(fraction, time)``: once before the first step, then now and then.
+    before : EndState or None
+        The end of a shorter run with the same constant step, from which this one goes on.
     """
     adaptive = time_step if callable(time_step) else None
     planned = (
         0 if callable(time_step) else max(1, int(np.ceil(end_time / time_step * (1.0 - 1e-12))))
     )
     dt = end_time / planned if planned else 0.0
+    if not callable(time_step) and abs(dt - time_step) <= SAME_STEP * dt:
+        dt = time_step  # whatever the end time is, so that a longer run has the same steps
     solution = Solution(time_step=dt, records=state.records)
     own = map(state.bodies.particles, range(state.bodies.count))
     solution.body_masses = [float(state.particles.m[rows].sum()) for rows in own]
@@ -199,6 +210,11 @@ def simulate(
     try:
         watch.sample()
         watch.snapshot()
+        if before is not None:
+            first_step(state, dt)
+            put_back(watch, before)
+            watch.go_on()
+            guard(state)
         while (solution.steps < planned) if planned else state.time < end_time * (1.0 - 1e-12):
             if adaptive is not None:
                 dt = min(adaptive(state), end_time - state.time)
@@ -228,7 +244,16 @@ def simulate(
             f"{failure} (step {solution.steps}, t = {state.time:.6g} s)",
         )
     solution.time_reached = state.time
+    if planned and solution.status == "ok":
+        solution.end_state = partial(end_state, watch)
     return solution
+
+
+def first_step(s: State, dt: float) -> None:
+    """Begin, and do one step of size `dt` [s]."""
+    s.time_step = dt
+    begin(s, dt)
+    s.choices.step(s, dt)
 
 
 def begin(s: State, dt: float) -> None:
@@ -333,6 +358,15 @@ class Watch:
         copies = {name: array.copy() for name, array in {**arrays, **p.data}.items()}
         self.solution.snapshots.append({"time": self.state.time, **copies})
 
+    def go_on(self) -> None:
+        """Look forward from the end of a shorter run: what is due next, and the cells of the particles."""
+        crossings = self.solution.cell_crossings
+        self.count_crossings()
+        self.solution.cell_crossings = crossings
+        self.next_sample = self.state.time + self.end_time / self.state.samples
+        del self.pending[: len(self.solution.snapshots) - 1]
+        self.take_pending(self.state.time_step)
+
     def after_step(self, dt: float, last: bool) -> None:
         """Sample and snapshot when one is due."""
         time = self.state.time
@@ -341,8 +375,12 @@ class Watch:
         if self.sampled:
             self.sample(self.state.choices.velocity_lag * dt)
             self.next_sample = time + self.end_time / self.state.samples
-        while self.pending and time >= self.pending[0] - 0.5 * dt:
-            self.snapshot()
-            self.pending.pop(0)
+        self.take_pending(dt)
         if last:
             self.snapshot()
+
+    def take_pending(self, dt: float) -> None:
+        """Take the snapshots whose instants have come."""
+        while self.pending and self.state.time >= self.pending[0] - 0.5 * dt:
+            self.snapshot()
+            self.pending.pop(0)

@@ -55,6 +55,8 @@ class Walls:
         Unit normals, shape (W, dim), coefficients of friction [-] and ``n . point`` [m], shape (W,).
     nodal_impulse : ndarray
         What nodes were given [N s], shape (W, N, dim); the next step starts from there.
+    last, eigenvalue : ndarray, float
+        Contacts, shape (W, N) of bool, for which an eigenvalue was estimated last, and that.
     moved : ndarray
         Displacements of the nodes of frozen functions [m], shape (N, dim), which their basis does
         not know.
@@ -68,8 +70,8 @@ class Walls:
         self.nodal_impulse = np.zeros((len(walls), nodes, dimension))
         self.moved = np.zeros((nodes, dimension))
         self.duration = 1.0  # of the step in which an implicit loop has found these impulses [s]
-        self._last = np.zeros((len(walls), nodes), dtype=bool)
-        self._eigenvalue = 1.0
+        self.last = np.zeros((len(walls), nodes), dtype=bool)
+        self.eigenvalue = 1.0
 
     @property
     def impulse(self) -> np.ndarray:
@@ -116,9 +118,9 @@ class Walls:
             contacts = Contacts(
                 node, self.normal[wall], self.friction[wall], gap[touched] / dt, n.m[node]
             )
-            if not isinstance(s.mass, LumpedMass) and not np.array_equal(touched, self._last):
-                self._eigenvalue, self._last = MARGIN * contacts.largest_eigenvalue(s), touched
-            self.nodal_impulse[touched] = contacts.find(s, free, impulse[touched], self._eigenvalue)
+            if not isinstance(s.mass, LumpedMass) and not np.array_equal(touched, self.last):
+                self.eigenvalue, self.last = MARGIN * contacts.largest_eigenvalue(s), touched
+            self.nodal_impulse[touched] = contacts.find(s, free, impulse[touched], self.eigenvalue)
             correction = contacts.answer(s, self.nodal_impulse[touched])
             np.add(free, correction, out=n.v)
             pushed = may & (gap + dt * self.normal @ n.v.T < 0.0) & ~touched

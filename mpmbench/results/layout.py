@@ -91,6 +91,7 @@ DIMENSIONS = {
     "position": FIELD,
     **{f"stress{end}": (*FIELD, "dim2") for end in ("", "_exact")},
 }
+END_STATE = "end_state"  # variables whose name begins so are for the command `continue`
 LABELS = ("units", "long_name")
 
 
@@ -169,8 +170,12 @@ def _check_variables(file: netCDF4.Dataset, size: int) -> None:
 
 
 def variables_of(file: netCDF4.Dataset) -> dict[str, netCDF4.Variable]:
-    """All variables of an open file but its digest."""
-    return {name: one for name, one in file.variables.items() if name != digest.VARIABLE}
+    """All variables of an open file but its digest and the state at the end."""
+    return {
+        name: one
+        for name, one in file.variables.items()
+        if name != digest.VARIABLE and not name.startswith(END_STATE)
+    }
 
 
 def is_numeric(variable: netCDF4.Variable) -> bool:

@@ -118,8 +118,25 @@ def load(path: Path) -> xr.Dataset:
 
     def take(file: netCDF4.Dataset) -> xr.Dataset:
         store = xr.backends.NetCDF4DataStore(file)
-        found = xr.open_dataset(store, decode_cf=False).drop_vars(digest.VARIABLE, errors="ignore")
-        return found.load()
+        hidden = [name for name in file.variables if name not in layout.variables_of(file)]
+        return xr.open_dataset(store, decode_cf=False).drop_vars(hidden).load()
+
+    return _read(path, take)[1]
+
+
+def read_end_state(path: Path) -> tuple[np.ndarray, str] | None:
+    """The numbers at the end of a run, and what they are, as JSON; None where the file has none.
+
+    Raises like `read_attributes`.
+    """
+
+    def take(file: netCDF4.Dataset) -> tuple[np.ndarray, str] | None:
+        names = (layout.END_STATE, f"{layout.END_STATE}_places")
+        if any(name not in file.variables for name in names):
+            return None
+        row, places = (file.variables[name][...] for name in names)
+        text = np.asarray(places, dtype=np.uint8).tobytes().decode(errors="replace")
+        return np.asarray(row, dtype=float).ravel(), text
 
     return _read(path, take)[1]
 

@@ -14,6 +14,7 @@ import xarray as xr
 
 from mpmbench import case
 from mpmbench.case.output import scalar
+from mpmbench.core.end_state import EndState, from_numbers
 from mpmbench.core.errors import BadSetting, NotApplicable
 from mpmbench.core.registry import BrokenPlugin
 from mpmbench.results import netcdf
@@ -71,15 +72,17 @@ def run(
     target: str,
     began: float,
     earlier: dict[str, list[float]],
+    shorter: str = "",
 ) -> dict[str, Any]:
     """Run one case and write its file; returns status, reason and scalars.
 
     A run that has the machine to itself, since its turn `began`, keeps the timings of all its
-    repeats, those of `earlier` ones first; their medians are the solver's times.
+    repeats, those of `earlier` ones first; their medians are the solver's times. It goes on from the
+    end of the `shorter` run in this file, if there is one.
     """
     started, before = time.perf_counter(), reading()
     forget_peak_memory()
-    dataset = solve(config, progress_to(line))
+    dataset = solve(config, progress_to(line), shorter)
     seconds, load = time.perf_counter() - started, load_between(before, reading())
     dataset["wall_time"] = scalar(seconds, "s", "wall-clock time of the run")
     dataset["peak_memory"] = scalar(peak_memory(), "MiB", "peak resident memory of the process")
@@ -95,6 +98,27 @@ def run(
                 dataset[clock] = dataset[clock].copy(data=np.median(timings[f"{clock}s"]))
     dataset.attrs |= timings | {"timings": SAID}
     return finish(dataset, attributes, target)
+
+
+def end_of(target: str) -> EndState:
+    """The end of the run in a file, to go on from; raises `NotApplicable` when there is none."""
+    try:
+        found = netcdf.read_end_state(Path(target))
+    except netcdf.Damaged as damaged:
+        raise NotApplicable(damaged.reason) from None
+    if found is None:
+        why = "time steps that were not constant, or a file of an older version"
+        raise NotApplicable(f"its file holds no state at the end: {why}")
+    return from_numbers(*found)
+
+
+def continuing(config: dict[str, Any], target: str) -> str:
+    """Why a run cannot go on from the end of the one in a file; empty when it can."""
+    try:
+        case.refuse_to_continue(config, end_of(target))
+    except NotApplicable as error:
+        return str(error)
+    return ""
 
 
 def read(target: str) -> tuple[dict[str, Any], dict[str, tuple[float, str]]] | None:
@@ -122,11 +146,11 @@ def solve_only(config: dict[str, Any]) -> dict[str, Any]:
     return {"status": dataset.attrs["status"], "reason": dataset.attrs.get("reason", "")}
 
 
-def solve(config: dict[str, Any], progress: Any) -> xr.Dataset:
+def solve(config: dict[str, Any], progress: Any, shorter: str = "") -> xr.Dataset:
     """The case's Dataset; whatever it raises becomes a status and a reason."""
     try:
         numba.set_num_threads(config["threads"])
-        return case.solve(config, progress)
+        return case.solve(config, progress, end_of(shorter) if shorter else None)
     except MemoryError:
         return xr.Dataset(attrs={"status": "out_of_memory", "reason": "an allocation was refused"})
     except NotApplicable as error:
@@ -181,6 +205,7 @@ ANSWERS: dict[str, Callable[..., Any]] = {
     "read": read,
     "record": record,
     "solve": solve_only,
+    "continuing": continuing,
     **{name: partial(score, name) for name in ("contents", "outline", "judge", "compile_time")},
 }
 

@@ -165,22 +165,27 @@ def run(
     alone: bool = False,
     on_start: Callable[[], None] = lambda: None,
     earlier: Mapping[str, list[float]] = MappingProxyType({}),
+    before: Path | None = None,
 ) -> Record:
     """Run one case; a failure of any kind is a record with a reason, and a file.
 
     One that is `alone` waits until no other run uses the machine, and keeps the others waiting.
     `on_start` is called when it is this run's turn, `on_progress` with the fraction done and the
     simulated time [s]. The file gets the median of the solver's time and of those of `earlier`
-    repeats. An interrupted run is recorded before it raises `KeyboardInterrupt`.
+    repeats. The run goes on from the end of the one in the file `before`, if that is given. An
+    interrupted run is recorded before it raises `KeyboardInterrupt`.
     """
     target = result_path(config)
     limits = limits_of(config)
     with turn(alone) as began:
         on_start()
         known = attributes(config) | {"timing_context": "exclusive" if alone else "shared"}
+        if before is not None:
+            known |= {"continued_from": before.name}
         started = time.perf_counter()
         try:
-            request = ("run", config, known, str(target), began, dict(earlier))
+            earliest = "" if before is None else str(before)
+            request = ("run", config, known, str(target), began, dict(earlier), earliest)
             answer = isolation.processes.ask(*request, limits=limits, on_progress=on_progress)
             return _record(target, answer, started)
         except isolation.Ended as end:

@@ -70,6 +70,8 @@ class EntropyBasis(Basis):
     ----------
     iterations : ndarray of int
         Newton steps of the last `locate`, shape (particles,).
+    points, steps, most_steps, enlarged : int
+        Sums of the whole run for `statistics`.
     """
 
     def __init__(
@@ -101,7 +103,7 @@ class EntropyBasis(Basis):
         )
         self.handle = Stencils.empty(particles, 1, dimension)
         self.iterations = np.zeros(particles, dtype=np.int64)
-        self._points = self._steps = self._most_steps = self._enlarged = 0  # of the whole run
+        self.points = self.steps = self.most_steps = self.enlarged = 0  # of the whole run
         self._hull: Hull | None = None
         self._particles: Particles | None = None
 
@@ -134,10 +136,10 @@ class EntropyBasis(Basis):
         self.handle = self._fill(self.cloud, x, self.handle, self.iterations)
         if self.consistent is not None and self._particles is not None:
             self.consistent.correct(self.nodes, x, self._particles.V, self.handle)
-        self._points += len(x)
-        self._steps += int(self.iterations.sum())
-        self._most_steps = max(self._most_steps, int(self.iterations.max(initial=0)))
-        self._enlarged += int(np.count_nonzero(self.cloud.metric.growth > 1.0))
+        self.points += len(x)
+        self.steps += int(self.iterations.sum())
+        self.most_steps = max(self.most_steps, int(self.iterations.max(initial=0)))
+        self.enlarged += int(np.count_nonzero(self.cloud.metric.growth > 1.0))
 
     def newton_steps(self, x: np.ndarray) -> np.ndarray:
         """Newton steps at each point until the residual meets the tolerance; -1 where they fail."""
@@ -147,14 +149,14 @@ class EntropyBasis(Basis):
         return steps
 
     def statistics(self) -> dict[str, tuple[float, str, str]]:
-        if self._points == 0:
+        if self.points == 0:
             return {}
-        mean, width = self._steps / self._points, float(self.handle.size.mean())
+        mean, width = self.steps / self.points, float(self.handle.size.mean())
         return {
             "newton_steps_mean": (mean, "1", "Newton steps per point for the multipliers, mean"),
-            "newton_steps_max": (self._most_steps, "1", "most Newton steps at one point"),
+            "newton_steps_max": (self.most_steps, "1", "most Newton steps at one point"),
             "enlarged_points": (
-                self._enlarged,
+                self.enlarged,
                 "1",
                 "times that a point's search radius had to grow",
             ),
