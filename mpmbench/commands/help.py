@@ -61,7 +61,7 @@ WORDS: dict[str, tuple[dict[str, str], str]] = {
             "end_time=T": "a later one, in seconds: whole time steps of the stored run",
             "KEY=VALUE": "snapshot_times after its end, threads, limits, campaign and output_dir",
         },
-        "continue results/default/mpm-linear-bar_fixed_ends-n8-9eb8fbdd.nc end_time=0.2",
+        "continue results/default/RESULT.nc end_time=0.2",
     ),
     "check": ({"FILE.py": "a plug-in"}, "check plugins/my_basis.py"),
     "new": (
