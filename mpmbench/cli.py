@@ -28,6 +28,7 @@ particles and the same norm. `mpmbench` is short for `python -m mpmbench`.
   python -m mpmbench KEY=VALUE...            one run
   python -m mpmbench -m KEY=VALUE,VALUE...   all combinations
   python -m mpmbench experiments=NAME        an experiment; `list experiments`
+  python -m mpmbench experiments=FILE.yaml   one of your own
 
 Commands, after python -m mpmbench; COMMAND --help says more of each
 {verbs}

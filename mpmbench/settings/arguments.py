@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable
 
-from mpmbench.settings.files import refuse_targets
+from mpmbench.settings.files import experiment_of, refuse_targets
 from mpmbench.settings.schema import (
     GROUPS,
     NO_TEXT,
@@ -54,7 +54,7 @@ def split(arguments: list[str], verbs: list[str]) -> tuple[list[str], list[str]]
                 check_value(*argument.split("=", 1))
             flags.append(argument)
         else:
-            pairs.append(argument)
+            pairs.append(by_name(argument))
     if values > 0:
         raise BadInput(f"{flags[-1]} needs a value")
     names = {flag.partition("=")[0] for flag in flags}
@@ -71,6 +71,15 @@ def check_value(name: str, value: str) -> None:
     if value not in VALUES.get(name, (value,)):
         hint = did_you_mean(value, VALUES[name])
         raise BadInput(f"{name} {value}: one of {', '.join(VALUES[name])} is needed{hint}")
+
+
+def by_name(pair: str) -> str:
+    """A ``key=value``, with its name for an experiment that is given as a file."""
+    key, _, value = pair.partition("=")
+    path = value.strip("'\"")
+    if key != "experiments" or not path.endswith((".yaml", ".yml")):
+        return pair
+    return f"{key}={experiment_of(path)}"
 
 
 def as_text(pair: str) -> str:

@@ -15,6 +15,7 @@ from mpmbench.say import one_line
 TARGET = "_target_"
 
 _current = [Path("/")]
+_by_path: dict[str, Path] = {}  # experiments that a command line names by their files
 
 
 class BadInput(Exception):
@@ -184,4 +185,23 @@ def experiments() -> dict[str, Path]:
         if "plugins"
         not in file.relative_to(folder).parts  # options that an experiment brings along
     }
-    return dict(sorted(found.items()))
+    return dict(sorted((_by_path | found).items()))
+
+
+def experiment_of(path: str) -> str:
+    """The name under which an experiment in a file of one's own is known from now on: that of the file.
+
+    Raises `BadInput` when there is no such file, or another experiment of this name.
+    """
+    file = (here() / path).resolve()
+    if not file.is_file():
+        raise BadInput(f"experiments={path}: there is no such file")
+    _by_path.pop(file.stem, None)
+    if not re.fullmatch(r"[\w-]+", file.stem):
+        raise BadInput(f"experiments={path}: a file named by letters, digits, _ and - is needed")
+    if file.stem in experiments():
+        there = f"there is an experiment {file.stem} already, in {experiments()[file.stem]}"
+        raise BadInput(f"experiments={path}: {there}; rename the file")
+    _by_path[file.stem] = file
+    read_yaml.cache_clear()  # it may have been edited since
+    return file.stem

@@ -168,3 +168,44 @@ def test_a_folder_that_is_removed_while_something_runs_keeps_its_name(folder, mo
     assert result_path(config) == before
     assert shorten(str(before)) == f"results/default/{before.name}"
     monkeypatch.chdir(folder)
+
+
+STUDY = """# @package _global_
+# Of my own.
+defaults:
+  - override /problem: bar_fixed_ends
+end_time: 1.0e-4
+hydra:
+  mode: MULTIRUN
+  sweeper:
+    params:
+      resolution: 2,4
+"""
+
+
+def test_an_experiment_is_run_from_its_file(command, folder):
+    (folder / "mine").mkdir()
+    file = folder / "mine" / "study.yaml"
+    file.write_text(STUDY)
+    assert command("experiments=mine/study.yaml").code == 0
+    found = sorted(one.parent for one in folder.rglob("*.nc"))
+    assert found == [folder / "results" / "study"] * 2
+    file.write_text(STUDY.replace("2,4", "2,4,8"))  # what is edited is read again
+    outcome = command("status", "-m", f"experiments={file}")
+    assert outcome.code == 0 and "1 missing" in outcome.out
+
+
+def test_a_file_that_is_no_experiment_is_refused(command, folder):
+    (folder / "quickstart.yaml").write_text(STUDY)
+    (folder / "cal led.yaml").write_text(STUDY)
+    (folder / "evil.yaml").write_text(STUDY.replace("  mode", "  callbacks: {a: {b: c}}\n  mode"))
+    (folder / "calls.yaml").write_text(STUDY + "cases:\n  - _target_: os.system\n")
+    for path, said in (
+        ("./nowhere.yaml", "there is no such file"),
+        ("./quickstart.yaml", "there is an experiment quickstart already"),
+        ("./cal led.yaml", "a file named by letters"),
+        ("./evil.yaml", "sets mode and sweeper.params only"),
+        ("./calls.yaml", "_target_ is refused"),
+    ):
+        outcome = command(f"experiments={path}")
+        assert (outcome.code, outcome.out) == (2, "") and said in outcome.err, outcome.err
