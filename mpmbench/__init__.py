@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from mpmbench.scripting import simulate as simulate
     from mpmbench.settings.schema import BadInput as BadInput
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 NAMES = {  # by the module in which they stand
     "api": "run sweep",

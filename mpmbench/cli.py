@@ -115,7 +115,7 @@ def dispatch(arguments: list[str], started: float) -> int:
 
 
 def version() -> str:
-    """The version, and the commit of a checkout."""
+    """The version, and the commit as far as it is known."""
     from mpmbench.results.provenance import git
 
     commit, edited = git()

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from mpmbench.commands.places import result_files
-from mpmbench.commands.show import add_common, left_out, place, view_of
+from mpmbench.commands.show import add_common, left_out, place, view_of, with_field
 from mpmbench.commands.words import Words
 from mpmbench.report.fields import NoField, field_of
 from mpmbench.report.names import safe_name
@@ -37,7 +37,7 @@ def parser() -> Words:
 
 def main(arguments: list[str]) -> int:
     """``animate RESULT [FIELD]``; exit code 1 when some result has no particles."""
-    given = parser().read(arguments)
+    given = with_field(parser().read(arguments))
     if not 0.0 < given.seconds <= 3600.0:
         raise BadInput(f"--seconds={given.seconds:g}: a number above 0, at most 3600, is needed")
     suffix = "mp4" if given.mp4 or (given.out and given.out.suffix.lower() == ".mp4") else "gif"

@@ -47,6 +47,7 @@ def add_common(words: Words) -> None:
         nargs="?",
         help="von_mises, stress_12, velocity, velocity_error, ...",
     )
+    add("--field", metavar="FIELD", dest="named", help="the same as FIELD")
     add(
         "--out",
         metavar="FILE",
@@ -67,9 +68,17 @@ def add_common(words: Words) -> None:
     )
 
 
+def with_field(given: argparse.Namespace) -> argparse.Namespace:
+    """The words, with the field wherever it was named; raises `BadInput` when it was named twice."""
+    if given.named and given.field:
+        raise BadInput(f"--field {given.named}: {given.field} is asked for already; name one field")
+    given.field = given.field or given.named
+    return given
+
+
 def main(arguments: list[str]) -> int:
     """``show RESULT [FIELD]``; exit code 1 when some result has no particles."""
-    given = parser().read(arguments)
+    given = with_field(parser().read(arguments))
     files = result_files("show", Path(given.result))
     windows, code = [], 0
     for file in files:

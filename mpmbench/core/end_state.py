@@ -26,7 +26,7 @@ LEFT_OUT = {
     *("pending", "next_sample", "end_time", "history", "records", "snapshots", "end_state"),
 }
 SUMS = {f"state/nodes/{name}" for name in ("q", "f", "f_internal", "f_external")}
-SINGLE = (bool, int, float, type(None))
+SINGLE = (bool, int, float, type(None), np.generic)
 
 
 @dataclass
@@ -117,7 +117,7 @@ def end_state(watch: Any) -> EndState:
         Of a run that has come to its end.
     """
     arrays, single = numbers_of(watch)
-    values = {place: getattr(owner, name) for place, (owner, name) in single.items()}
+    values = {place: plain(getattr(owner, name)) for place, (owner, name) in single.items()}
     solution = watch.solution
     return EndState(arrays, values, solution.history, solution.records, solution.snapshots[1:-1])
 

@@ -70,13 +70,22 @@ def library_versions() -> dict[str, str]:
 def git() -> tuple[str, str]:
     """Commit of the checkout, and whether its solver was edited: yes, no or unknown."""
     if not (PACKAGE.parent / ".git").exists():
-        return "unknown", "unknown"
+        return kept_commit()
     try:
         commit = _git("rev-parse", "HEAD")
         changes = _git("status", "--porcelain", "--untracked-files=no", "--", "mpmbench", "conf")
     except (OSError, subprocess.SubprocessError):
         return "unknown", "unknown"
     return commit, "yes" if changes else "no"
+
+
+def kept_commit() -> tuple[str, str]:
+    """What building the package has written down of its checkout (`hatch_build.py`)."""
+    try:
+        commit, edited = (PACKAGE / "commit.txt").read_text(encoding="utf-8").split()
+    except (OSError, ValueError):
+        return "unknown", "unknown"
+    return commit, edited
 
 
 def _git(*arguments: str) -> str:

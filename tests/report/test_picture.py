@@ -130,6 +130,8 @@ def test_the_commands_write_files(write_run, tmp_path, monkeypatch, capsys):
     assert found == sorted([f"{plate.stem}-stress.png", f"{bar.stem}-stress.png"])
     assert main(["show", str(bar), "velocity", "--out=here.png", "--time=0"]) == 0
     assert Image.open("here.png").format == "PNG"
+    assert main(["show", str(bar), "--field=velocity", "--out=there.png", "--time=0"]) == 0
+    assert np.array_equal(np.array(Image.open("here.png")), np.array(Image.open("there.png")))
     assert main(["animate", str(bar), "--out=film.gif", "--limits=0,1"]) == 0
     assert "snapshots=40" in capsys.readouterr().out
     failed = write_run(results, status="diverged", reason="so it is", resolution=16)
@@ -139,6 +141,7 @@ def test_the_commands_write_files(write_run, tmp_path, monkeypatch, capsys):
     for words, sentence in (
         ([str(failed)], "did not come to its end"),
         ([str(bar), "presure"], "there is no field presure"),
+        ([str(bar), "velocity", "--field=stress"], "name one field"),
         ([str(bar), "--time=7"], "--time=7: the result is from 0 to"),
         ([str(bar), "--limits=2,1"], "must be the larger one"),
         ([str(bar), "--view=a"], "two numbers are needed"),

@@ -380,6 +380,17 @@ def test_a_launcher_that_does_not_work_is_one_sentence(command, folder):
     assert not list(folder.rglob("*.nc"))
 
 
+def test_a_library_that_cannot_be_loaded_is_one_line(command, folder, tmp_path, monkeypatch):
+    broken = tmp_path / "broken"
+    broken.mkdir()
+    (broken / "xarray.py").write_text("raise ImportError('no name array_namespace in scipy')\n")
+    monkeypatch.setenv("PYTHONPATH", f"{broken}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
+    process = start("resolution=4")
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, out, err.count("\n")) == (1, "", 1)
+    assert "its libraries cannot be loaded: ImportError: no name array_namespace in scipy" in err
+
+
 def test_a_server_whose_answer_was_not_awaited_is_not_asked_again(monkeypatch):
     """An answer that is read later would be taken for the number of a child, and 0 as its number means all of us."""
     from mpmbench.runs.process import isolation

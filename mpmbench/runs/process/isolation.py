@@ -71,6 +71,8 @@ class Server:
         with theirs:
             descriptors = [theirs.fileno()]
             pid = self._exchange(lambda: socket.send_fds(self.control, [b"child"], descriptors))
+        if pid < 0:  # there is none: so many bytes say why
+            raise NotStarted("crashed", self.control.recv(-pid, socket.MSG_WAITALL).decode())
         return Child(self, Line(ours), pid)
 
     def exit_code(self, pid: int) -> int:

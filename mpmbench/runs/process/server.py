@@ -17,6 +17,7 @@ from contextlib import suppress
 import psutil
 
 from mpmbench.runs.process.messages import Line
+from mpmbench.runs.process.reasons import explain
 from mpmbench.runs.streams import forgiving
 
 PARENT_DEATH_SIGNAL, CHILD_SUBREAPER = 1, 36  # of prctl
@@ -63,7 +64,13 @@ def leave(*_: object) -> None:
 
 def answer_requests(control: socket.socket, children: set[int]) -> None:
     """Start children and end them, until the client hangs up."""
-    from mpmbench.runs.process import worker
+    try:
+        from mpmbench.runs.process import worker
+    except BaseException as error:  # a library that is missing, too old or broken
+        socket.recv_fds(control, 8, 1)
+        said = f"its libraries cannot be loaded: {explain(error)}".encode(errors="replace")
+        control.sendall(struct.pack("q", -len(said)) + said)
+        return
 
     signal.signal(signal.SIGTERM, leave)  # until here there was nothing to clean up
     server = os.getpid()
