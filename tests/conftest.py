@@ -8,6 +8,8 @@ import tempfile
 from mpmbench.runs.process.environment import prepare
 
 prepare(os.environ)
+# Where this is set, each of the processes that tests start, some hundred, compiles all sources again.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # Turns are taken among the runs of the tests, not with campaigns that happen to run on this
 # machine.
 os.environ["XDG_RUNTIME_DIR"] = tempfile.mkdtemp(prefix="mpmbench-tests-")

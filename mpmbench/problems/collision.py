@@ -3,12 +3,11 @@
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from mpmbench.core.bodies import Part, boxes_meet, union
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
-from mpmbench.core.geometry import Box, Cloud, Geometry
+from mpmbench.core.geometry import Box, Cloud, Geometry, search_tree
 from mpmbench.core.geometry.surface import inside_polygons
 from mpmbench.core.geometry.triangulate import check_points, seed_triangles
 from mpmbench.core.materials import Material
@@ -53,7 +52,7 @@ class Collision(Problem):
     def velocity(self, X: np.ndarray, material: Material) -> np.ndarray:
         """That of the body with the nearest node."""
         parts = self.bodies(4, 1)
-        each = [cKDTree(part.mesh.nodes).query(X)[0] for part in parts]
+        each = [search_tree(part.mesh.nodes).query(X)[0] for part in parts]
         return np.array([part.velocity for part in parts])[np.argmin(each, axis=0)]
 
     # quantities of interest

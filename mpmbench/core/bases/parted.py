@@ -4,14 +4,13 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from mpmbench.core.bases import Basis, BasisSettings
 from mpmbench.core.bases.grid.fields import FieldsBasis
 from mpmbench.core.bases.grid.product import GridBasis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import lean
-from mpmbench.core.geometry import Geometry
+from mpmbench.core.geometry import Geometry, search_tree
 from mpmbench.core.particles import Particles
 
 FOLLOWED = ("X", "x", "F", "V")  # what a basis may read of its particles
@@ -123,7 +122,7 @@ class PartedBasis(Basis):
         p = self._particles
         if p is None or len(x) in (len(p.x), p.material.stop):
             return self.body[: len(x)]
-        return np.asarray(self.body[cKDTree(p.x).query(x)[1]])
+        return np.asarray(self.body[search_tree(p.x).query(x)[1]])
 
     def first_outside(self, x: np.ndarray) -> int:
         owner, outside = self._owner(x), []

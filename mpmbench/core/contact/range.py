@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from mpmbench.core.bases import Basis, BasisSettings
 from mpmbench.core.bases.entropy.basis import EntropyBasis
@@ -23,7 +22,7 @@ from mpmbench.core.bases.parted import PartedBasis
 from mpmbench.core.bodies import Part
 from mpmbench.core.contact import ContactRule
 from mpmbench.core.errors import NotApplicable
-from mpmbench.core.geometry import Cloud, Geometry
+from mpmbench.core.geometry import Cloud, Geometry, search_tree
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 
@@ -80,7 +79,7 @@ class Near:
     reach: float
 
     def __call__(self, nodes: np.ndarray) -> np.ndarray:
-        distance, _ = cKDTree(nodes[self.own]).query(nodes, distance_upper_bound=self.reach)
+        distance, _ = search_tree(nodes[self.own]).query(nodes, distance_upper_bound=self.reach)
         return np.asarray(self.own | (distance <= self.reach))
 
 

@@ -3,10 +3,14 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mpmbench.core.errors import BadSetting
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 
 @dataclass(frozen=True)
@@ -127,9 +131,16 @@ def simplex_volumes(nodes: np.ndarray, simplices: np.ndarray) -> np.ndarray:
     return np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / math.factorial(nodes.shape[1])
 
 
+def search_tree(points: np.ndarray) -> "cKDTree":
+    """A tree to search points [m] in, shape (N, dim)."""
+    from scipy.spatial import cKDTree  # takes longer to import than all else here
+
+    return cKDTree(points)
+
+
 def hull_volume(nodes: np.ndarray) -> float:
     """Volume of the convex hull of nodes [m^dim]: 0 where they lie on a line or plane."""
-    from scipy.spatial import ConvexHull, QhullError  # takes longer to import than all else here
+    from scipy.spatial import ConvexHull, QhullError
 
     if nodes.shape[1] == 1:
         return float(np.ptp(nodes))

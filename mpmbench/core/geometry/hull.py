@@ -1,7 +1,6 @@
 """The convex hull of nodes: outside, no non-negative linearly complete functions exist."""
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from mpmbench.core.compiled import compiled
 from mpmbench.core.errors import BrokeDown
@@ -33,6 +32,8 @@ class Hull:
     """
 
     def __init__(self, nodes: np.ndarray) -> None:
+        from scipy.spatial import ConvexHull, QhullError  # slow to import
+
         lower, upper = nodes.min(axis=0), nodes.max(axis=0)
         if nodes.shape[1] == 1:
             equations = np.array([[-1.0, lower[0]], [1.0, -upper[0]]])

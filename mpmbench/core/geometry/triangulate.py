@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from scipy.spatial import Delaunay
 
 from mpmbench.core.errors import BadSetting
 from mpmbench.core.geometry import Cloud, hull_volume, simplex_volumes
@@ -93,6 +92,8 @@ def triangulation(nodes: np.ndarray, volume: float | None) -> np.ndarray:
     BadSetting
         When the simplices do not fill the body.
     """
+    from scipy.spatial import Delaunay  # slow to import
+
     if nodes.shape[1] == 1:
         order = np.argsort(nodes[:, 0])
         simplices: np.ndarray = np.stack([order[:-1], order[1:]], axis=1)
