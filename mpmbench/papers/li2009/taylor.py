@@ -34,6 +34,7 @@ PRINTED: dict[str, tuple[str, str, str, str]] = {
     "OTM of the thesis": ("21.43", "6.8", "3.0", "474"),
 }
 SHAPE = ("length", "radius_nodes", "radius_points", "plastic_strain_max", "von_mises_max")
+BULK = 0.99  # of the volume: the rest are single particles at the foot
 SCALES = (1e3, 1e3, 1e3, 1.0, 1e-6)
 ENERGIES = ("kinetic_share", "contact_share", "transfer_share", "energy_imbalance")
 INSTANTS = (20e-6, 40e-6, 80e-6)  # of Figs. 5.3 to 5.5 [s]
@@ -55,9 +56,24 @@ def scaled(found: Cell, factor: float) -> Cell:
 
 
 def shape_of(campaigns: Campaigns, **match: Any) -> list[Cell]:
-    """Final length, radii [mm], plastic strain and von Mises stress [MPa] of one run."""
+    """Final length, radii [mm], plastic strain and von Mises stresses [MPa] of one run."""
     found = quantities(campaigns, "taylor", SHAPE, **match)
-    return [scaled(one, factor) for one, factor in zip(found, SCALES, strict=True)]
+    shape = [scaled(one, factor) for one, factor in zip(found, SCALES, strict=True)]
+    return [*shape, bulk_stress(campaigns, **match)]
+
+
+def bulk_stress(campaigns: Campaigns, **match: Any) -> Cell:
+    """The von Mises stress [MPa] at the end that `BULK` of the volume does not pass."""
+    largest = cell(campaigns, "taylor", "von_mises_max", **match)
+    if not isinstance(largest.value, float):
+        return largest
+    _, found = variables(campaigns, "taylor", "von_mises", "volume", **match)
+    stress, volume = found["von_mises"][-1], found["volume"][-1]
+    solid = np.flatnonzero(np.isfinite(stress))
+    order = solid[np.argsort(stress[solid])]
+    share = np.cumsum(volume[order]) / volume[order].sum()
+    value = float(stress[order[np.searchsorted(share, BULK)]])
+    return scaled(dataclasses.replace(largest, value=value), 1e-6)
 
 
 def finest(campaigns: Campaigns, match: dict[str, Any]) -> dict[str, Any]:
@@ -85,9 +101,9 @@ def taylor_chapter(campaigns: Campaigns) -> Chapter:
     )
     best = finest(campaigns, OTM)
     columns = ["source", "length [mm]", "radius, nodes [mm]", "radius, outermost particle [mm]"]
-    columns += ["plastic strain", "von Mises [MPa]"]
+    columns += ["plastic strain", "largest von Mises [MPa]", "99 % of the volume below [MPa]"]
     rows: list[list[Any]] = [
-        [name, length, radius, "", strain, stress]
+        [name, length, radius, "", strain, stress, ""]
         for name, (length, radius, strain, stress) in PRINTED.items()
     ]
     for cells in CELLS:
@@ -96,9 +112,11 @@ def taylor_chapter(campaigns: Campaigns) -> Chapter:
     note = (
         "Above: as printed; axisymmetric but for OTM. Below: three dimensions, a quarter of the rod, "
         "lumped mass, nodal velocities, gamma = 1.8, neighbours by the metric that goes with F. "
-        "Largest values over the particles at 80 microseconds."
+        "Largest values over the particles at 80 microseconds; von Mises stresses also as what 99 % of "
+        "the volume does not pass: the flow stress at a strain of 3 is 700 MPa, and what a few "
+        "particles at the foot have left of it when they unload decides the largest one."
     )
-    page.tabulate("table5_1", "Table 5.1", columns, rows, numeric=range(1, 6), note=note)
+    page.tabulate("table5_1", "Table 5.1", columns, rows, numeric=range(1, 7), note=note)
     _pictures(page, campaigns, best)
     _heights(page, campaigns)
     page.notes.append(
@@ -204,7 +222,8 @@ def methods_chapter(campaigns: Campaigns) -> Chapter:
             )
             costs.append([name, cells, *energies, *effort, _per_step(effort)])
     columns = ["method", "cells", "length [mm]", "radius, nodes [mm]"]
-    columns += ["radius, outermost particle [mm]", "plastic strain", "von Mises [MPa]"]
+    columns += ["radius, outermost particle [mm]", "plastic strain", "largest von Mises [MPa]"]
+    columns += ["99 % of the volume below [MPa]"]
     note = (
         "On a grid the radius at nodes is that of a massless point on the rim of the foot. Meshes of "
         "linear tetrahedra lock: their feet spread little and their plastic strains stay small."
@@ -214,7 +233,7 @@ def methods_chapter(campaigns: Campaigns) -> Chapter:
         "The rod at 80 microseconds by method",
         columns,
         shapes,
-        numeric=range(1, 7),
+        numeric=range(1, 8),
         note=note,
     )
     columns = ["method", "cells", "kinetic left", "taken by the wall", "lost in transfers"]
