@@ -11,9 +11,19 @@ TRANSFERS = (
     *(("xpic", 2), ("xpic", 5), ("fmpm", 2), ("fmpm", 5)),
 )
 
+BASES: tuple[tuple[str, str, dict[str, object]], ...] = (
+    ("splines", "bspline", {}),
+    ("tls", "bspline", {"basis.reconstruction": "tls"}),
+    ("tls, 2", "bspline", {"basis.reconstruction": "tls", "basis.reconstruction_degree": 2}),
+    ("ddmp", "ddmp", {}),
+    ("gimp", "gimp", {}),
+    ("cpdi", "cpdi", {}),
+)
+STEPS = {"tls": "TLS over splines, step", "ddmp": "DDMP over quadratic B-splines, step"}
+
 
 def family() -> None:
-    """Steps of each transfer over those of flip."""
+    """Steps of each transfer over those of flip, and of the relatives of splines over those of splines."""
     print("\nTransfers: whole steps on the plate, quadratic B-splines, 129 x 129 nodes, over flip")
     tasks = {}
     for name, order in TRANSFERS:
@@ -25,6 +35,17 @@ def family() -> None:
     for row, value in seconds.items():
         print(f"{row:12} {value / particles * 1e9:8.1f} ns {value / seconds['flip 1']:7.2f}")
     measured("apic over flip, step, quadratic", seconds["apic 1"] / seconds["flip 1"])
+    print("\nBases: whole steps on the plate, 129 x 129 nodes, over quadratic B-splines")
+    tasks = {}
+    for row, basis, keys in BASES:
+        state = plate(basis, 128, **keys)
+        tasks[row] = lambda state=state: step(state, TIME_STEP)
+    seconds = interleaved(tasks)  # type: ignore[arg-type]
+    for row, value in seconds.items():
+        ratio = value / seconds["splines"]
+        print(f"{row:12} {value / particles * 1e9:8.1f} ns {ratio:7.2f}")
+        if row in STEPS:
+            measured(STEPS[row], ratio)
 
 
 def transfers() -> None:

@@ -173,7 +173,8 @@ class State:
         self.initial_nodes = self.basis.nodes.copy()
         self.transfer = find_transfer(self.choices.transfer)
         body_force = self.loads.body_force is not None
-        self.sums = NodalSums(len(self.fixed), len(p.x), p.dimension, body_force)
+        most = max(len(p.x), self.basis.stand_ins)
+        self.sums = NodalSums(len(self.fixed), most, p.dimension, body_force)
         self.walls = Walls(self.loads.walls, len(self.fixed), p.dimension)
 
     def give(self, energy: float) -> None:

@@ -18,6 +18,7 @@ NOT_PART_OF_A_RUN = (
 # Keys that came after results were stored, by choice, with the value that does what was done
 # before: a configuration without such a key means this value, and one with it has the hash of then.
 LATER: dict[tuple[str, str], dict[str, Any]] = {
+    ("basis", "bspline"): {"reconstruction": "none", "reconstruction_degree": 1, "filled": 0.9},
     ("basis", "mls"): {"mixed_terms": False},
     ("problem", "cantilever_dynamic"): {"behind": "room"},
     ("problem", "rolling_disk"): {"plane": "nodes", "friction": None},

@@ -6,6 +6,7 @@ the particles are stored in `Stencils`, or one with a handle of its own, which a
 of `handle.py` in compiled code, so that nothing is stored per particle.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -15,7 +16,7 @@ from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Geometry
-from mpmbench.core.particles import ParticleData, Particles
+from mpmbench.core.particles import ParticleArrays, ParticleData, Particles
 from mpmbench.core.setting import Settings
 
 
@@ -78,11 +79,14 @@ class Basis:
     constant_values : bool
         Values at the particles never change, and with them the consistent mass matrix, which is
         then assembled once.
+    stand_ins : int
+        Most points that take the place of the particles in nodal sums (`sources`), 0 where none do.
     """
 
     nodes: np.ndarray
     handle: Any
     constant_values: bool = False
+    stand_ins: int = 0
 
     def follow(self, particles: Particles) -> None:
         """Learn, once and before the first step, which particles the functions are for.
@@ -120,6 +124,16 @@ class Basis:
         """
         lost = np.flatnonzero(~np.isfinite(x).all(axis=1))
         return int(lost[0]) if len(lost) else -1
+
+    def sources(
+        self, p: ParticleArrays, body_force: Callable[..., Any]
+    ) -> tuple[ParticleArrays, Callable[..., Any]]:
+        """What sums of mass, momentum and forces on the nodes run over: the particles, unless points stand for them.
+
+        ``body_force(start, stop)`` writes the body force of some particles; what is returned beside the
+        points does so for them.
+        """
+        return p, body_force
 
     def move(self, displacement: np.ndarray) -> None:
         """Move the nodes by the coefficients `displacement` [m], shape (N, dim)."""
@@ -175,6 +189,11 @@ class BasisSettings(Settings):
         `touches_fixed_nodes` says that material of the problem may reach nodes that are held though
         it did not touch them at the start.
         """
+
+    @property
+    def stands_in(self) -> bool:
+        """Whether other points may take the place of particles in nodal sums (`Basis.sources`)."""
+        return False
 
     def suited_to(self, choices: Choices) -> "BasisSettings":
         """These settings where they mean something for a method, and what holds in their place."""

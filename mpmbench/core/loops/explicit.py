@@ -7,6 +7,7 @@ components leave the system before it is solved.
 """
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -25,7 +26,7 @@ from mpmbench.core.materials import cauchy_stress
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.state import State
-from mpmbench.core.transfer import find_transfer
+from mpmbench.core.transfer import Transfer, find_transfer
 from mpmbench.core.transfer.carry import Update, g2p
 from mpmbench.core.transfer.parts import NOTHING
 from mpmbench.core.transfer.sums import p2g_mass, p2g_momentum
@@ -143,6 +144,12 @@ class Explicit(TimeLoop):
     def check(self, case: Any) -> None:
         """Refuse what `check` below refuses, whatever the case, and affine gradients that are lost on faces."""
         check(self)
+        if case.basis.stands_in and (self.gradient == "affine" or sums_more(self.transfer)):
+            raise NotApplicable(
+                f"basis={case.basis_name} with other points in the place of its particles is for "
+                "method.gradient=functions and transfers that add nothing to nodal sums of their own, "
+                f"such as flip, pic and blend, given {self.gradient} and {self.transfer}"
+            )
         if self.gradient == "affine" and not case.basis.promises.continuous_gradient:
             raise NotApplicable(
                 f"method.gradient=affine with basis={case.basis_name}: inside a cell this is the "
@@ -232,9 +239,10 @@ def strains(s: State, dt: float, share: float = 1.0, first: bool = False) -> Non
 
 def total_force(s: State) -> None:
     """Sum mass, momentum and forces on the nodes, with the loads of this instant."""
-    n = s.nodes
-    p, part = s.particles.arrays, s.transfer.part(s)
-    s.sums(s.basis.handle, p, n, lambda *some: body_force(s, s.time, *some), part)
+    n, part = s.nodes, s.transfer.part(s)
+    loads = partial(body_force, s, s.time)
+    p, loads = s.basis.sources(s.particles.arrays, loads)
+    s.sums(s.basis.handle, p, n, loads, part)
     add_loads(s, s.basis.handle, s.time, n.f_external)
     np.add(n.f_internal, n.f_external, out=n.f)
     s.contact.push(s)
@@ -269,18 +277,28 @@ def carry(s: State, dt: float, update: Update) -> None:
 
 def project_velocity(s: State) -> None:
     """Nodal velocities from the particles': ``v = M^-1 sum_p m_p phi_i v_p``, for USF and MUSL."""
-    p, n = s.particles, s.nodes
+    n = s.nodes
+    p, _ = s.basis.sources(s.particles.arrays, partial(body_force, s, s.time))
     n.m[:], n.q[:] = 0.0, 0.0
     p2g_mass(s.basis.handle, p.x, p.m, n.m)
     p2g_momentum(s.basis.handle, p.x, p.m, p.v, n.q)
     s.transfer.to_nodes_again(s, n.q)
-    s.mass.assemble(s.basis, p, n.m)
+    s.mass.assemble(s.basis, s.particles, n.m)
     s.mass.solve(n.q, n.v)  # fixed components keep the velocity of the last step
     given = s.walls.nodal_impulse
     s.walls.hold(s, s.time_step)
     s.contact.hold(s, s.time_step)
     s.transfer.refine(s)
     s.walls.nodal_impulse = given  # particles get nothing of what these velocities took
+
+
+def sums_more(transfer: str) -> bool:
+    """Whether a transfer sums over particles by itself."""
+    own, plain = type(find_transfer(transfer)), Transfer
+    return any(
+        getattr(own, name) is not getattr(plain, name)
+        for name in ("to_nodes", "to_nodes_again", "part", "refine", "to_particles")
+    )
 
 
 def check(choices: Explicit) -> None:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mpmbench.core.bases.grid.product import GridBasis, line, product
+from mpmbench.core.errors import NotApplicable
 from mpmbench.core.particles import Particles
 
 
@@ -45,6 +46,10 @@ class FieldsBasis(GridBasis):
     """
 
     def __init__(self, basis: GridBasis, body: np.ndarray, copies: int) -> None:
+        if basis.stand_ins:
+            raise NotApplicable(
+                "nodes for each body need sums over its particles: basis.reconstruction=none"
+            )
         self.basis, self.lower, self.upper = basis, basis.lower, basis.upper
         self.nodes = np.tile(basis.nodes, (copies, 1))
         grid = basis.handle
