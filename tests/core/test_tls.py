@@ -47,6 +47,7 @@ def scattered(dim: int, box: Box, per_cell: int) -> Particles:
     p.x[solid] += 0.3 * (per_cell ** (-1.0 / dim)) * box.spacing * rng.uniform(-1, 1, X.shape)
     np.clip(p.x, np.array(box.lower) + 1e-3, np.array(box.upper) - 1e-3, out=p.x)
     p.m[solid] *= rng.uniform(0.8, 1.2, keep)
+    p.V[solid] *= rng.uniform(0.95, 1.1, keep)  # so that full cells are so by a part only
     p.v[:], p.b[:] = rng.standard_normal(p.x.shape), rng.standard_normal(p.x.shape)
     p.sigma[solid] = rng.standard_normal(p.sigma[solid].shape)
     return p

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mpmbench.core.bases.grid.spline import TensorSpline
-from mpmbench.core.compiled import compiled
+from mpmbench.core.compiled import inlined, lean
 from mpmbench.core.geometry import Box, tensor_points
 from mpmbench.core.particles import ParticleArrays, Particles
 
@@ -66,7 +66,7 @@ class Cells(NamedTuple):
     density: np.ndarray
 
 
-@compiled
+@inlined
 def taylor(t, psi):
     """Write the functions at t but the first: as many as `psi` is long."""
     dim, k = t.shape[0], t.shape[0]
@@ -81,10 +81,20 @@ def taylor(t, psi):
                 k += 1
 
 
-@compiled
+@inlined
+def cell_volume(cells):
+    """Volume of a cell [m^dim]."""
+    volume = 1.0
+    for d in range(cells.spacing.shape[0]):
+        volume *= cells.spacing[d]
+    return volume
+
+
+@lean
 def sort(cells, x):
     """Sort the particles by their cells."""
-    cells.first[:] = 0
+    for c in range(cells.first.shape[0]):
+        cells.first[c] = 0
     for p in range(x.shape[0]):
         c = 0
         for d in range(x.shape[1]):
@@ -103,7 +113,7 @@ def sort(cells, x):
     cells.first[cells.first.shape[0] - 1] = x.shape[0]
 
 
-@compiled
+@inlined
 def place_in_cell(cells, x, c, t):
     """Coordinates of a point from the centre of cell c, in sides of a cell."""
     for d in range(x.shape[0] - 1, -1, -1):
@@ -111,14 +121,21 @@ def place_in_cell(cells, x, c, t):
         c //= cells.count[d]
 
 
-@compiled
+@inlined
 def fit(cells, p, c, filled):
     """Write a_0 to `mean` and the other coefficients to `right`; whether the cell can be reconstructed.
 
     Returns its number of particles with mass too.
     """
     dim, functions, fields = p.x.shape[1], cells.right.shape[0], cells.right.shape[1]
-    cells.normal[:], cells.right[:], cells.sums[:], cells.mean[:] = 0.0, 0.0, 0.0, 0.0
+    for j in range(fields):
+        cells.mean[j] = 0.0
+    for k in range(functions):
+        cells.sums[k] = 0.0
+        for i in range(k + 1):
+            cells.normal[k, i] = 0.0
+        for j in range(fields):
+            cells.right[k, j] = 0.0
     solid, V, f, psi, t = 0, 0.0, cells.density, cells.here[:-dim], cells.here[-dim:]
     for o in range(cells.first[c], cells.first[c + 1]):
         q = cells.order[o]
@@ -142,7 +159,7 @@ def fit(cells, p, c, filled):
                 cells.normal[k, i] += psi[k] * psi[i]
             for j in range(fields):
                 cells.right[k, j] += psi[k] * f[j]
-    volume = np.prod(cells.spacing)
+    volume = cell_volume(cells)
     if solid <= functions or abs(V - volume) > (1.0 - filled) * volume:
         return False, solid
     for j in range(fields):
@@ -152,7 +169,7 @@ def fit(cells, p, c, filled):
     return solve(cells.normal, cells.right, FLAT * solid), solid
 
 
-@compiled
+@inlined
 def solve(A, b, least):
     """Solve ``A x = b`` in place, with the lower half of a symmetric A; False where a pivot is `least` or less."""
     n = A.shape[0]
@@ -176,7 +193,7 @@ def solve(A, b, least):
     return True
 
 
-@compiled
+@lean
 def reconstruct(cells, p, filled, out):
     """Write what nodal sums run over to `out`.
 
@@ -184,7 +201,7 @@ def reconstruct(cells, p, filled, out):
     """
     dim = p.x.shape[1]
     n = occupied = plain = 0
-    volume = np.prod(cells.spacing)
+    volume = cell_volume(cells)
     for c in range(cells.first.shape[0] - 1):
         if cells.first[c] == cells.first[c + 1]:
             continue
@@ -217,7 +234,10 @@ def reconstruct(cells, p, filled, out):
         for o in range(cells.first[c], cells.first[c + 1]):
             q = cells.order[o]
             out.m[n], out.V[n] = p.m[q], p.V[q]
-            out.x[n], out.v[n], out.b[n], out.sigma[n] = p.x[q], p.v[q], p.b[q], p.sigma[q]
+            for d in range(dim):
+                out.x[n, d], out.v[n, d], out.b[n, d] = p.x[q, d], p.v[q, d], p.b[q, d]
+                for e in range(dim):
+                    out.sigma[n, d, e] = p.sigma[q, d, e]
             n += 1
     return n, occupied, plain
 
