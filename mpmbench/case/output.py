@@ -15,6 +15,9 @@ from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
 
 END_STATE = "end_state"  # variables whose name begins so are for continuing a run
+COORDINATES = ("time", "snapshot_time")
+# Variables by name, as xarray takes them: a Dataset that grows one by one costs a millisecond for each.
+Variables = dict[str, tuple[Any, ...]]
 UNITS = {"displacement": "m", "velocity": "m s-1", "stress": "Pa"}
 
 
@@ -34,17 +37,29 @@ def dataset(
     config: Config, case: Case, state: State | None, solution: Solution, compile_time: float
 ) -> xr.Dataset:
     """All that a run has to say, as one dataset with units."""
-    out = measured(state, solution, compile_time)
-    step = out.attrs["time_step"] if solution.time_step > 0.0 else str(config["time_step"])
-    out.attrs |= {
+    out = _measured(state, solution, compile_time)
+    step = solution.time_step if solution.time_step > 0.0 else str(config["time_step"])
+    attributes = {
         **{kind: config[kind]["name"] for kind in ("problem", "method", "basis", "material")},
         "mass": case.choices.mass,
         "resolution": case.resolution,
         "time_step": step,
         "particles_per_cell": case.particles_per_cell,
     }
-    if state is None:
-        return out
+    if state is not None:
+        _add_problem(out, case, state, solution)
+    return _together(out, solution, attributes)
+
+
+def _together(out: Variables, solution: Solution, attributes: dict[str, Any]) -> xr.Dataset:
+    """All variables as one dataset, with how the run ended."""
+    coordinates = {name: out.pop(name) for name in COORDINATES if name in out}
+    said = {"status": solution.status, "reason": solution.reason, "time_step": solution.time_step}
+    return xr.Dataset(out, coordinates, said | attributes)
+
+
+def _add_problem(out: Variables, case: Case, state: State, solution: Solution) -> None:
+    """What the problem knows of the solution: exact fields, errors and its own quantities."""
     problem, X = case.problem, state.particles.X[state.particles.material]
     _add_exact(out, case, X, solution)
     if solution.status == "ok":
@@ -57,18 +72,21 @@ def dataset(
         default = ("time",) if np.ndim(value) else ()
         out[name] = labelled(dims[0] if dims else default, value, unit, text)
     _add_end_state(out, solution)
-    return out
 
 
 def measured(state: State | None, solution: Solution, compile_time: float) -> xr.Dataset:
     """What a solution says by itself, whatever the problem: scalars, histories and snapshots."""
-    attributes = {"status": solution.status, "reason": solution.reason}
-    out = xr.Dataset(attrs=attributes | {"time_step": solution.time_step})
-    out["steps"] = scalar(solution.steps, "1", "number of time steps done")
-    out["time_reached"] = scalar(solution.time_reached, "s", "simulated time reached")
-    out["solver_time"] = scalar(solution.solver_time, "s", "time in the time steps")
-    out["solver_cpu_time"] = scalar(solution.solver_cpu_time, "s", "CPU time in the time steps")
-    out["compile_time"] = scalar(compile_time, "s", "time for set-up and compiling")
+    return _together(_measured(state, solution, compile_time), solution, {})
+
+
+def _measured(state: State | None, solution: Solution, compile_time: float) -> Variables:
+    out = {
+        "steps": scalar(solution.steps, "1", "number of time steps done"),
+        "time_reached": scalar(solution.time_reached, "s", "simulated time reached"),
+        "solver_time": scalar(solution.solver_time, "s", "time in the time steps"),
+        "solver_cpu_time": scalar(solution.solver_cpu_time, "s", "CPU time in the time steps"),
+        "compile_time": scalar(compile_time, "s", "time for set-up and compiling"),
+    }
     if state is None:
         return out
     text = "number of nodes (degrees of freedom per component)"
@@ -85,9 +103,9 @@ def measured(state: State | None, solution: Solution, compile_time: float) -> xr
     return out
 
 
-def _add_history(out: xr.Dataset, state: State, solution: Solution) -> None:
+def _add_history(out: Variables, state: State, solution: Solution) -> None:
     history = {name: np.array(values) for name, values in solution.history.items()}
-    out.coords["time"] = labelled("time", history["time"], "s", "time")
+    out["time"] = labelled("time", history["time"], "s", "time")
     for name, unit, *axes in (
         ("kinetic_energy", "J"),
         ("strain_energy", "J"),
@@ -122,7 +140,7 @@ def _add_history(out: xr.Dataset, state: State, solution: Solution) -> None:
     out["momentum_drift"] = scalar(drift, "kg m s-1", "largest change of total momentum")
 
 
-def _add_bodies(out: xr.Dataset, state: State, history: dict[str, np.ndarray]) -> None:
+def _add_bodies(out: Variables, state: State, history: dict[str, np.ndarray]) -> None:
     """Momenta and energies of each body, and whose the particles are, when there are several."""
     if state.bodies.count < 2:
         return
@@ -140,7 +158,7 @@ def _add_bodies(out: xr.Dataset, state: State, history: dict[str, np.ndarray]) -
         out[name] = labelled(("time", "bodies", *axes), history[name], unit, text)
 
 
-def _add_records(out: xr.Dataset, solution: Solution) -> None:
+def _add_records(out: Variables, solution: Solution) -> None:
     """What the time loop noted about each step; lists of different lengths are padded with nan."""
     residual = "residual of Newton's iteration relative to the external force"
     for name, dims, unit, text in (
@@ -160,7 +178,7 @@ def _add_records(out: xr.Dataset, solution: Solution) -> None:
             out[f"{kind}_steps"] = scalar(number, "1", text)
 
 
-def _add_snapshots(out: xr.Dataset, state: State, solution: Solution) -> None:
+def _add_snapshots(out: Variables, state: State, solution: Solution) -> None:
     p, shots = state.particles, solution.snapshots
     keep, X = p.material, p.X[p.material]
 
@@ -168,7 +186,7 @@ def _add_snapshots(out: xr.Dataset, state: State, solution: Solution) -> None:
         return np.array([shot[name][keep] for shot in shots])
 
     times = np.array([shot["time"] for shot in shots])
-    out.coords["snapshot_time"] = labelled("snapshot", times, "s", "time of the snapshot")
+    out["snapshot_time"] = labelled("snapshot", times, "s", "time of the snapshot")
     out["position_initial"] = labelled(("particle", "dim"), X, "m", "initial position")
     each, position = ("snapshot", "particle"), kept("x")
     for name, axes, values, unit in (
@@ -191,7 +209,7 @@ def _add_snapshots(out: xr.Dataset, state: State, solution: Solution) -> None:
         out[name] = labelled((*each, *own), kept(name), declared.unit, declared.says)
 
 
-def _add_end_state(out: xr.Dataset, solution: Solution) -> None:
+def _add_end_state(out: Variables, solution: Solution) -> None:
     """What the command ``continue`` goes on from; no other reader of a result sees it."""
     if solution.end_state is None:
         return
@@ -205,13 +223,13 @@ def _add_end_state(out: xr.Dataset, solution: Solution) -> None:
         out[name] = labelled(f"{name}_size", values, "", says)
 
 
-def _add_exact(out: xr.Dataset, case: Case, X: np.ndarray, solution: Solution) -> None:
+def _add_exact(out: Variables, case: Case, X: np.ndarray, solution: Solution) -> None:
     """Exact fields at the instants of the snapshots, where the problem knows them."""
-    exact = [_exact(case, X, t, solution) for t in out.snapshot_time.values]
+    exact = [_exact(case, X, t, solution) for t in out["snapshot_time"][1]]
     for name, unit in UNITS.items():
         parts = [fields.get(name) for fields in exact]
         if all(part is not None for part in parts):
-            out[f"{name}_exact"] = labelled(out[name].dims, np.array(parts), unit, f"exact {name}")
+            out[f"{name}_exact"] = labelled(out[name][0], np.array(parts), unit, f"exact {name}")
 
 
 def _exact(case: Case, X: np.ndarray, t: float, solution: Solution) -> dict[str, np.ndarray]:
@@ -223,7 +241,7 @@ def _exact(case: Case, X: np.ndarray, t: float, solution: Solution) -> dict[str,
     return exact
 
 
-def _add_errors(out: xr.Dataset, case: Case, X: np.ndarray, solution: Solution) -> None:
+def _add_errors(out: Variables, case: Case, X: np.ndarray, solution: Solution) -> None:
     n, last, t = len(X), solution.snapshots[-1], solution.time_reached
     computed = {
         "displacement": last["x"][:n] - X,

@@ -84,8 +84,10 @@ def run(
     forget_peak_memory()
     dataset = solve(config, progress_to(line), shorter)
     seconds, load = time.perf_counter() - started, load_between(before, reading())
-    dataset["wall_time"] = scalar(seconds, "s", "wall-clock time of the run")
-    dataset["peak_memory"] = scalar(peak_memory(), "MiB", "peak resident memory of the process")
+    memory = scalar(peak_memory(), "MiB", "peak resident memory of the process")
+    dataset.update(
+        {"wall_time": scalar(seconds, "s", "wall-clock time of the run"), "peak_memory": memory}
+    )
     timings = {name: [value] for name, value in load.items()}
     if dataset.attrs["status"] == "ok" and attributes["timing_context"] == "exclusive":
         if undisturbed_since(began):
