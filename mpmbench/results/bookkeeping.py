@@ -20,6 +20,7 @@ NOT_PART_OF_A_RUN = (
 LATER: dict[tuple[str, str], dict[str, Any]] = {
     ("basis", "bspline"): {"reconstruction": "none", "reconstruction_degree": 1, "filled": 0.9},
     ("basis", "mls"): {"mixed_terms": False},
+    ("material", "newtonian_fluid"): {"tension": "carried"},
     ("problem", "cantilever_dynamic"): {"behind": "room"},
     ("problem", "rolling_disk"): {"plane": "nodes", "friction": None},
 }
