@@ -62,6 +62,8 @@ def read(config: Config) -> Case:
     built = {kind: plugin(kind, chosen[kind]) for kind in kinds}
     if any(field.name == "random_seed" for field in fields(built["problem"])):
         built["problem"] = replace(built["problem"], random_seed=int(config.get("seed", 0)))
+    complete(type(built["problem"]), Problem)
+    built["problem"] = built["problem"].suited_to(choices)
     resolution, per_cell = int(config["resolution"]), int(config["particles_per_cell"])
     require(resolution >= 1, "resolution", config["resolution"], "a whole number >= 1")
     case = Case(

@@ -169,8 +169,17 @@ def union(parts: Sequence[Part]) -> Cloud:
     joined = None
     if all(one is not None for one in simplices):
         joined = np.vstack([one + k for one, k in zip(simplices, offset, strict=False)])
-    nodes = np.vstack([part.mesh.nodes for part in parts])
-    return Cloud(nodes, joined, max(part.mesh.nodal_spacing for part in parts))
+    nodes, graded = np.vstack([part.mesh.nodes for part in parts]), None
+    if any(part.mesh.graded is not None for part in parts):
+        graded = np.vstack([local_spacing(part.mesh) for part in parts])
+    return Cloud(nodes, joined, max(part.mesh.nodal_spacing for part in parts), graded=graded)
+
+
+def local_spacing(mesh: Cloud) -> np.ndarray:
+    """Distances between the nodes of a mesh along each axis around each of them [m], shape (N, dim)."""
+    if mesh.graded is not None:
+        return mesh.graded
+    return np.full(mesh.nodes.shape, mesh.nodal_spacing)
 
 
 def surface_points(parts: Sequence[Part]) -> np.ndarray:

@@ -51,6 +51,10 @@ class Problem(Settings):
     bends: ClassVar[bool] = False
     initial_acceleration: ClassVar[str] = "balance"
 
+    def suited_to(self, choices: Choices) -> "Problem":
+        """The problem with what it chooses by the method: checks and all that follows are asked of it."""
+        return self
+
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         """Raise `NotApplicable` when this combination cannot be run, `BadSetting` when a key is out of range."""
 

@@ -76,12 +76,16 @@ class Cloud:
         Typical distance between neighbours [m], where the maker of the cloud knows it.
     cells : tuple of int or None
         The nodes are the corners of a bent grid of so many cells, the last axis fastest.
+    graded : ndarray or None
+        Distances between neighbours along each axis around each node [m], shape (N, dim), where they
+        vary; the spacing is the smallest then.
     """
 
     nodes: np.ndarray
     simplices: np.ndarray | None = None
     spacing: float | None = None
     cells: tuple[int, ...] | None = None
+    graded: np.ndarray | None = None
 
     @property
     def dimension(self) -> int:

@@ -132,7 +132,101 @@ def extruded(section: Cloud, levels: np.ndarray) -> Cloud:
     prism = np.concatenate([prism, prism + count], axis=1)
     prism = np.concatenate([prism[:, [0, 1, 2, 5]], prism[:, [0, 1, 4, 5]], prism[:, [0, 3, 4, 5]]])
     simplices = np.concatenate([prism + count * layer for layer in range(len(levels) - 1)])
-    return Cloud(nodes, simplices, section.spacing)
+    graded = None
+    if section.graded is not None:
+        along = np.repeat(local_steps(levels), count)
+        graded = np.column_stack([along, np.tile(section.graded, (len(levels), 1))])
+    return Cloud(nodes, simplices, section.spacing, graded=graded)
+
+
+def local_steps(levels: np.ndarray) -> np.ndarray:
+    """The shorter of both distances to the neighbours of each of ascending numbers, shape (n,).
+
+    With the longer one, supports where spacings grow would reach far into where they are small.
+    """
+    steps = np.diff(levels)
+    return np.minimum(np.append(steps, np.inf), np.insert(steps, 0, np.inf))
+
+
+def graded_levels(end: float, even: float, step: float, growth: float) -> np.ndarray:
+    """Ascending numbers from 0 to `end`: equal steps of at most `step` at least up to `even`, then growing ones.
+
+    Steps grow by a factor of at most `growth`, which is what makes the last number the end.
+    """
+    if even >= end - step or growth == 1.0:
+        return np.linspace(0.0, end, math.ceil(end / step - 1e-9) + 1)
+    equal = np.arange(math.ceil(even / step - 1e-9) + 1) * step
+    rest, count = end - equal[-1], 1
+    while step * sum(growth**k for k in range(1, count + 1)) < rest:
+        count += 1
+    low, high = 1.0, growth
+    for _ in range(100):
+        middle = 0.5 * (low + high)
+        short = step * sum(middle**k for k in range(1, count + 1)) < rest
+        low, high = (middle, high) if short else (low, middle)
+    further = equal[-1] + step * np.cumsum(high ** np.arange(1, count + 1))
+    return np.concatenate([equal, further[:-1], [end]])
+
+
+def graded_disc(radii: np.ndarray, fewest: int) -> Cloud:
+    """A quarter of a disc, x, y >= 0, on circles with the given radii, ascending from 0 [m].
+
+    The k-th circle has 2 k parts as long as steps are equal, which makes these about as long as they
+    are wide; outside it has fewer, but at least `fewest`, so that they stay so.
+    """
+    shape = 0.5 * math.pi / 2.0  # of a part with as many as 2 k
+    nodes, sizes = [np.zeros((1, 2))], [radii[1]]
+    for k, radius in enumerate(radii[1:].tolist(), start=1):
+        step = radius - float(radii[k - 1])
+        parts = min(2 * k, max(fewest, round(0.5 * math.pi * radius / (shape * step))))
+        angle = 0.5 * math.pi * np.arange(parts + 1) / parts
+        circle = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        circle[0, 1] = circle[-1, 0] = 0.0
+        nodes.append(circle)
+        sizes += [max(float(local_steps(radii)[k]), 0.5 * math.pi * radius / parts)] * (parts + 1)
+    places = np.vstack(nodes)
+    graded = np.repeat(np.array(sizes)[:, None], 2, axis=1)
+    return Cloud(places, triangulation(places, None), float(radii[1]), graded=graded)
+
+
+def quarter_ball(radius: float, cells: int) -> Cloud:
+    """The quarter x_2, x_3 >= 0 of a ball around the origin, with as many cells along its radius.
+
+    Shells of a cylinder, each as high as it is wide, become shells of the ball. Its faces are flat:
+    it is a little larger than the ball, so that both have the same volume.
+    """
+    section = Cloud(*first_quadrant(*ring_mesh(radius, cells, 8)), spacing=radius / cells)
+    upper = extruded(section, np.linspace(0.0, radius, cells + 1))
+    across = np.hypot(upper.nodes[:, 1], upper.nodes[:, 2])
+    length = np.hypot(across, upper.nodes[:, 0])
+    shell = np.maximum(across, upper.nodes[:, 0])
+    share = np.divide(shell, length, out=np.zeros_like(shell), where=length > 0.0)
+    nodes = upper.nodes * share[:, None]
+    assert upper.simplices is not None
+    equator = len(section.nodes)  # these nodes are those of both halves
+    lower = np.where(upper.simplices < equator, upper.simplices, upper.simplices + len(nodes))
+    both = np.concatenate([nodes, nodes * np.array([-1.0, 1.0, 1.0])])
+    used, number = np.unique(np.concatenate([upper.simplices, lower]), return_inverse=True)
+    simplices, places = number.reshape(-1, 4), both[used]
+    flat = simplex_volumes(places, simplices).sum() / (math.pi / 3.0 * radius**3)
+    return Cloud(places / flat ** (1.0 / 3.0), simplices, radius / cells)
+
+
+def all_quarters(quarter: Cloud) -> Cloud:
+    """A body around the first axis from its quarter in x_2, x_3 >= 0, which is mirrored twice."""
+    nodes, simplices, graded = quarter.nodes, quarter.simplices, quarter.graded
+    assert simplices is not None
+    for axis in (1, 2):
+        inside = np.flatnonzero(nodes[:, axis] > 0.0)
+        number = np.arange(len(nodes))
+        number[inside] = len(nodes) + np.arange(len(inside))
+        mirrored = nodes[inside].copy()
+        mirrored[:, axis] *= -1.0
+        nodes = np.concatenate([nodes, mirrored])
+        simplices = np.concatenate([simplices, number[simplices]])
+        if graded is not None:
+            graded = np.concatenate([graded, graded[inside]])
+    return Cloud(nodes, simplices, quarter.spacing, graded=graded)
 
 
 def disc(radius: float) -> Cloud:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -10,7 +10,14 @@ from scipy.spatial import cKDTree
 from mpmbench.core.bases import Basis, BasisSettings, Promises
 from mpmbench.core.bases.clouds.search import fill_buckets, make_buckets
 from mpmbench.core.bases.entropy.consistent import ConsistentGradients
-from mpmbench.core.bases.entropy.locality import Metric, NodeCloud, clip, convect, make_work
+from mpmbench.core.bases.entropy.locality import (
+    Metric,
+    NodeCloud,
+    clip,
+    convect,
+    grade,
+    make_work,
+)
 from mpmbench.core.bases.entropy.points import count_steps, evaluate_range, widest
 from mpmbench.core.bases.entropy.priors import Formulation
 from mpmbench.core.bases.entropy.solve import DONE, FLAT, OUTSIDE, STALLED, TOO_NARROW
@@ -65,6 +72,9 @@ class EntropyBasis(Basis):
         Search in cells; otherwise every point looks at all nodes (same functions, same bits).
     locality : {"fixed", "volume", "convected"}
         Plain distances, or those before a particle's change of volume, or before its deformation.
+    scale : ndarray or None
+        Spacing along each axis around each node over the smallest, shape (N, dim), where nodes are
+        graded: where locality follows the deformation, it counts as one that was there before.
 
     Attributes
     ----------
@@ -84,6 +94,7 @@ class EntropyBasis(Basis):
         local: bool = True,
         locality: str = "fixed",
         stretch_limit: float = np.inf,
+        scale: np.ndarray | None = None,
         consistent: ConsistentGradients | None = None,
     ) -> None:
         self.nodes = np.array(nodes, dtype=float)
@@ -93,6 +104,10 @@ class EntropyBasis(Basis):
         support = supports(self.nodes)
         dimension = self.nodes.shape[1]
         self.locality, self.stretch_limit, self.consistent = locality, stretch_limit, consistent
+        uneven = locality != "fixed" and scale is not None and not np.all(scale == 1.0)
+        self._scale = scale if uneven else None
+        if uneven:  # radii are those of even nodes, which the metric of a point enlarges
+            support = np.full(len(self.nodes), float(support.min()))
         self.cloud = NodeCloud(
             form=form,
             nodes=self.nodes,
@@ -112,6 +127,8 @@ class EntropyBasis(Basis):
         self._particles = particles
         solid = particles.material  # tracers are not strained: theirs is the nearest one's
         self._nearest = np.asarray(cKDTree(particles.X[solid]).query(particles.X[solid.stop :])[1])
+        if self._scale is not None:
+            self._point_scale = self._scale[cKDTree(self.nodes).query(particles.X)[1]]
 
     def admit(self, admitted: Callable[[np.ndarray], np.ndarray]) -> None:
         """See only the nodes that ``admitted(nodes)`` marks, shape (N,) of bool; it is asked after each move."""
@@ -130,7 +147,7 @@ class EntropyBasis(Basis):
 
     def locate(self, x: np.ndarray) -> None:
         if self.locality != "fixed" and self._particles is not None:
-            self._measure(self._particles.F, self.cloud.metric)
+            self._measure(self._particles.F, self.cloud.metric, slice(None))
             for values in self.cloud.metric:
                 values[self._particles.material.stop :] = values[self._nearest]
         self.handle = self._fill(self.cloud, x, self.handle, self.iterations)
@@ -174,20 +191,24 @@ class EntropyBasis(Basis):
         if (lost := super().first_outside(self.nodes)) >= 0:
             raise BrokeDown(f"node {lost} has no finite position")
         support = self._supports(self.nodes)
+        if self._scale is not None:
+            support = np.full(len(self.nodes), float(support.min()))
         self.cloud.square[:], self.cloud.inverse_square[:] = support**2, support**-2
         reach = support * (self.locality == "fixed")
         buckets = fill_buckets(self.cloud.buckets, self.nodes, reach)
         self.cloud = self.cloud._replace(buckets=buckets)
         self._hull = None
 
-    def _measure(self, F: np.ndarray, metric: Metric) -> None:
-        """Fill the metric of points with deformation gradients F."""
+    def _measure(self, F: np.ndarray, metric: Metric, particles: Any) -> None:
+        """Fill the metric of points with deformation gradients F, where nodes are spaced as around these particles."""
         if not np.isfinite(F).all():
             point = int(np.argmin(np.isfinite(F).all(axis=(1, 2))))
             raise BrokeDown(f"the deformation of point {point} is not finite")
         convect(self.cloud.form.axes, F, self.locality == "volume", metric)
         if self.locality == "convected":
             clip(F, self.stretch_limit, metric)
+        if self._scale is not None:
+            grade(self.cloud.form.axes, self._point_scale[particles], metric)
 
     def _cloud_at(self, x: np.ndarray) -> NodeCloud:
         """The nodes with a metric for points anywhere."""
@@ -197,7 +218,7 @@ class EntropyBasis(Basis):
         if self._particles is not None:
             solid = self._particles.material
             _, nearest = cKDTree(self._particles.x[solid]).query(x)
-            self._measure(self._particles.F[solid][nearest], metric)
+            self._measure(self._particles.F[solid][nearest], metric, nearest)
         return self.cloud._replace(metric=metric)
 
     def _fill(

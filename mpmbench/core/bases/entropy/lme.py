@@ -14,7 +14,7 @@ from mpmbench.core.bases.entropy.priors import CUT_GAUSSIAN, Formulation
 from mpmbench.core.bases.radial import GAUSSIAN
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import BadSetting, NotApplicable, require
-from mpmbench.core.geometry import Geometry
+from mpmbench.core.geometry import Cloud, Geometry
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 
@@ -114,6 +114,9 @@ class LocalMaxEnt(EntropySettings):
         if radius <= h:
             raise BadSetting("radius", self.radius, f"more than the nodal spacing of {h:.6g} m")
         nodes = geometry.points
+        scale = np.ones(nodes.shape)
+        if isinstance(geometry, Cloud) and geometry.graded is not None:
+            scale = geometry.graded / geometry.nodal_spacing
         form = Formulation(
             axes=(0.0,) * geometry.dimension,
             prior=CUT_GAUSSIAN if self.rim == "cut" else GAUSSIAN,
@@ -128,10 +131,11 @@ class LocalMaxEnt(EntropySettings):
         return EntropyBasis(
             nodes,
             particles,
-            lambda moved: np.full(len(moved), radius),
+            lambda moved: radius * scale.max(axis=1),
             form,
             local=self.search == "local",
             locality=self.locality,
             stretch_limit=self.stretch_limit,
+            scale=scale,
             consistent=ConsistentGradients(geometry) if self.gradient == "consistent" else None,
         )

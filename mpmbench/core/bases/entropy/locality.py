@@ -141,6 +141,20 @@ def clip(F: np.ndarray, limit: float, metric: Metric) -> None:
     metric.half[suspect] = np.sqrt(np.sum((axes * stretch[:, None, :]) ** 2, axis=2))
 
 
+@compiled
+def grade(axes, scale, metric):
+    """Let nodes have been spaced by `scale`, shape (n, dim), along the axes before all: S becomes S diag(scale)."""
+    S = matrix(axes, axes)
+    for p in range(scale.shape[0]):
+        inverse(axes, metric.pull[p], S)
+        for d in range(len(axes)):
+            square = 0.0
+            for e in range(len(axes)):
+                square += (S[d, e] * scale[p, e]) ** 2
+                metric.pull[p, d, e] /= scale[p, d]
+            metric.half[p, d] = np.sqrt(square)
+
+
 @inlined
 def gather(cloud, x, p, row, work):
     """Number of nodes that count at point `p` of `x`, and the radius of the largest support [m]."""
