@@ -18,8 +18,13 @@ BASES: tuple[tuple[str, str, dict[str, object]], ...] = (
     ("ddmp", "ddmp", {}),
     ("gimp", "gimp", {}),
     ("cpdi", "cpdi", {}),
+    ("cpdi2", "cpdi2", {}),
 )
-STEPS = {"tls": "TLS over splines, step", "ddmp": "DDMP over quadratic B-splines, step"}
+STEPS = {
+    "cpdi2": "CPDI2 over quadratic B-splines, step",
+    "tls": "TLS over splines, step",
+    "ddmp": "DDMP over quadratic B-splines, step",
+}
 
 
 def family() -> None:

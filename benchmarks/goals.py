@@ -39,6 +39,7 @@ GOALS = {
     "consistent over lumped step, quadratic": Goal(3.0, TIMES),
     "apic over flip, step, quadratic": Goal(1.4, TIMES),
     "TLS over splines, step": Goal(3.0, TIMES),
+    "CPDI2 over quadratic B-splines, step": Goal(3.5, TIMES),
     "DDMP over quadratic B-splines, step": Goal(2.0, TIMES),
     "Taylor's rod by OTM, a particle and step": Goal(1.5, MICROSECONDS),
     "Taylor's rod by 3D B-spline MPM, a particle and step": Goal(0.12, MICROSECONDS),

@@ -99,7 +99,9 @@ def test_all_cells_of_the_cross_product(
 def others(basis: str) -> Any:
     """Bases whose kernels take long to compile on a line and in space, where nothing else needs them."""
     return (
-        pytest.param(basis, marks=pytest.mark.slow) if basis in ("gimp", "ddmp", "cpdi") else basis
+        pytest.param(basis, marks=pytest.mark.slow)
+        if basis in ("gimp", "ddmp", "cpdi", "cpdi2")
+        else basis
     )
 
 

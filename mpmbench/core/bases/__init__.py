@@ -125,6 +125,12 @@ class Basis:
         lost = np.flatnonzero(~np.isfinite(x).all(axis=1))
         return int(lost[0]) if len(lost) else -1
 
+    def carry(self, v: np.ndarray, dt: float) -> None:
+        """Carry along what the functions are made of besides nodes, in a step `dt` [s] with nodal velocities [m/s].
+
+        `v` has the shape (N, dim); positions and deformations of particles are new already.
+        """
+
     def sources(
         self, p: ParticleArrays, body_force: Callable[..., Any]
     ) -> tuple[ParticleArrays, Callable[..., Any]]:

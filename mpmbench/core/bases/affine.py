@@ -69,6 +69,9 @@ class AffineGradients(StoredBasis):
     def first_outside(self, x: np.ndarray) -> int:
         return self.within.first_outside(x)
 
+    def carry(self, v: np.ndarray, dt: float) -> None:
+        self.within.carry(v, dt)
+
     def move(self, displacement: np.ndarray) -> None:
         self.within.move(displacement)
         self.nodes = self.within.nodes

@@ -133,6 +133,10 @@ class PartedBasis(Basis):
                 outside.append(int(rows[found]))
         return min(outside, default=-1)
 
+    def carry(self, v: np.ndarray, dt: float) -> None:
+        for b, basis in enumerate(self.bases):
+            basis.carry(v[self.first[b] : self.first[b + 1]], dt)
+
     def move(self, displacement: np.ndarray) -> None:
         for b, basis in enumerate(self.bases):
             own = slice(self.first[b], self.first[b + 1])

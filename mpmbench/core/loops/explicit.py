@@ -213,6 +213,8 @@ def step(s: State, dt: float) -> None:
             strains(s, dt, 1.0 - before)
             update_particles(s, (1.0 - before) * dt, strain=True)
         update_particles(s, dt, position=True)  # Eq. 26
+    if not choices.frozen:
+        s.basis.carry(n.v, dt)
     s.external_work += rise_of_traction(s, dt, loaded)
     if choices.moving and not choices.frozen:
         s.basis.move(np.multiply(n.v, dt, out=n.q))  # Eqs. 51, 95

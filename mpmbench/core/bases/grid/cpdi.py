@@ -15,7 +15,7 @@ corner more than a cell outside ends the run.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from mpmbench.core.bases import BasisSettings, Promises, StoredBasis
 from mpmbench.core.bases.grid.gimp import POINT, USUAL
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.choices import Choices
-from mpmbench.core.compiled import compiled, matrix, threads, vector
+from mpmbench.core.compiled import inlined, lean, matrix, threads, vector
 from mpmbench.core.compiled.algebra import inverse
 from mpmbench.core.errors import BrokeDown, NotApplicable
 from mpmbench.core.geometry import Box, Geometry
@@ -40,7 +40,44 @@ class CornerGrid(NamedTuple):
     cells: np.ndarray  # along each axis
 
 
-@compiled
+@inlined
+def corner_hats(grid, corner, weight, slope, p, found, stored):
+    """Add ``weight N_i`` and ``slope N_i`` at the `corner` [m] of domain p to its functions, so far `found`.
+
+    Returns the number of functions; -1 where the corner is more than a cell outside.
+    """
+    dim, first, place = len(grid.axes), 0, vector(grid.axes)
+    for d in range(dim):
+        at = (corner[d] - grid.lower[d]) * grid.axes[d]
+        if not -1.0 <= at <= grid.cells[d] + 1.0:
+            return -1
+        cell = min(max(int(at), 0), grid.cells[d] - 1)
+        place[d] = at - cell
+        first = first * (grid.cells[d] + 1) + cell
+    for k in range(1 << dim):
+        i, stride, hat = first, 1, 1.0
+        for d in range(dim - 1, -1, -1):
+            if (k >> d) & 1:
+                i += stride
+                hat *= place[d]
+            else:
+                hat *= 1.0 - place[d]
+            stride *= grid.cells[d] + 1
+        n = 0
+        while n < found and stored.index[p, n] != i:
+            n += 1
+        if n == found:
+            stored.index[p, n], stored.phi[p, n] = i, 0.0
+            for e in range(dim):
+                stored.grad_phi[p, n, e] = 0.0
+            found += 1
+        stored.phi[p, n] += weight * hat
+        for e in range(dim):
+            stored.grad_phi[p, n, e] += slope[e] * hat
+    return found
+
+
+@lean
 def average_hats(grid, x, F, initial, stored, start, stop):
     """Store the functions of points start to stop; returns one that has lost its domain, else -1.
 
@@ -49,7 +86,7 @@ def average_hats(grid, x, F, initial, stored, start, stop):
     dim = len(grid.axes)
     corners = 1 << dim
     A, inverse_A = matrix(grid.axes, grid.axes), matrix(grid.axes, grid.axes)
-    place, sign = vector(grid.axes), vector(grid.axes)
+    corner, slope = vector(grid.axes), vector(grid.axes)
     for p in range(start, stop):
         for d in range(dim):
             for e in range(dim):
@@ -58,48 +95,16 @@ def average_hats(grid, x, F, initial, stored, start, stop):
             return p
         found = 0
         for c in range(corners):
-            first = 0
-            for e in range(dim):
-                sign[e] = 2.0 * ((c >> e) & 1) - 1.0
             for d in range(dim):
-                at = x[p, d] - grid.lower[d]
+                corner[d], slope[d] = x[p, d], 0.0
                 for e in range(dim):
-                    at += A[d, e] * sign[e]
-                at *= grid.axes[d]
-                if not -1.0 <= at <= grid.cells[d] + 1.0:
-                    return p
-                cell = min(max(int(at), 0), grid.cells[d] - 1)
-                place[d] = at - cell
-                first = first * (grid.cells[d] + 1) + cell
-            for k in range(corners):
-                i, stride, hat = first, 1, 1.0 / corners
-                for d in range(dim - 1, -1, -1):
-                    if (k >> d) & 1:
-                        i += stride
-                        hat *= place[d]
-                    else:
-                        hat *= 1.0 - place[d]
-                    stride *= grid.cells[d] + 1
-                n = 0
-                while n < found and stored.index[p, n] != i:
-                    n += 1
-                if n == found:
-                    stored.index[p, n], stored.phi[p, n] = i, 0.0
-                    for e in range(dim):
-                        stored.grad_phi[p, n, e] = 0.0
-                    found += 1
-                stored.phi[p, n] += hat
-                for e in range(dim):
-                    stored.grad_phi[p, n, e] += sign[e] * hat
+                    sign = 2.0 * ((c >> e) & 1) - 1.0
+                    corner[d] += A[d, e] * sign
+                    slope[d] += inverse_A[e, d] * sign / corners
+            found = corner_hats(grid, corner, 1.0 / corners, slope, p, found, stored)
+            if found < 0:
+                return p
         stored.size[p] = found
-        for n in range(found):
-            for d in range(dim):
-                place[d] = stored.grad_phi[p, n, d]
-            for d in range(dim):
-                total = 0.0
-                for e in range(dim):
-                    total += place[e] * inverse_A[e, d]
-                stored.grad_phi[p, n, d] = total
     return -1
 
 
@@ -152,16 +157,21 @@ class ConvectedDomains(StoredBasis):
     def _average(
         self, x: np.ndarray, F: np.ndarray, initial: np.ndarray, stored: Stencils
     ) -> Stencils:
+        return self._all(x, average_hats, F, initial, stored)
+
+    def _all(self, x: np.ndarray, average: Any, *arrays: Any) -> Stencils:
+        """Call a kernel on all points, and end the run where it finds one that is lost."""
         if (outside := self.first_outside(x)) >= 0:
             raise BrokeDown(f"point {outside} at {x[outside]} m is outside the grid")
 
         def part(c: int, *ends: int) -> int:
-            return int(average_hats(self._grid, x, F, initial, stored, *ends))
+            return int(average(self._grid, x, *arrays, *ends))
 
         if (lost := threads.first(threads.run(part, len(x)))) >= 0:
             raise BrokeDown(
                 f"the domain of particle {lost} has no volume or reaches more than a cell out of the grid"
             )
+        stored: Stencils = arrays[-1]
         return stored
 
 
@@ -178,7 +188,7 @@ class Cpdi(BasisSettings):
         """Refuse implicit methods: a corner that only touches a cell gives its nodes no stiffness."""
         if choices.implicit:
             raise NotApplicable(
-                "cpdi is for explicit methods: where a corner of a particle only touches a cell, the "
+                "convected domains are for explicit methods: where a corner of a particle only touches a cell, the "
                 "nodes there have no stiffness, and the matrix of Newton's iteration is singular"
             )
 
