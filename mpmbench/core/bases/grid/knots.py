@@ -50,7 +50,7 @@ def polynomials(breaks, degree, coefficients, inverse_width):
         polynomial[:] = 0.0
         polynomial[0, 0] = 1.0  # degree 0: the one function that is 1 on this span
         for r in range(1, degree + 1):
-            lower[:] = polynomial
+            lower, polynomial = polynomial, lower
             polynomial[:] = 0.0
             # the r functions of degree r - 1; the a-th has support [left, right] around span s
             for a in range(r):
