@@ -177,6 +177,7 @@ def step(s: State, dt: float) -> None:
 
     if s.transfer.velocity_on_nodes:
         n.v_old[:] = n.v  # Li 2009, Eq. 3.92: nodes keep their velocities
+        s.transfer.keep_momentum(s)
     else:
         np.copyto(n.v_old, n.v, where=s.fixed)
         s.mass.solve(n.q, n.v_old)  # Eq. 23

@@ -78,6 +78,9 @@ class Transfer:
     def start(self, s: "State") -> None:
         """Write the transfer's own data before the first step, when ``nodes.v`` is the initial velocity."""
 
+    def keep_momentum(self, s: "State") -> None:
+        """Change ``nodes.v_old``, which nodes have kept, when ``nodes.q`` is the momentum of the particles."""
+
     def to_nodes(self, s: "State", q: np.ndarray) -> None:
         """Add to the momentum `q` [kg m/s], shape (N, dim), which is ``sum_p m_p phi_i v_p`` so far."""
 
