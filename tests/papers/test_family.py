@@ -56,6 +56,8 @@ def test_fracture() -> None:
     assert answer("cpdi_fracture", *holds, *parted) == HOLDS
     assert answer("cpdi_fracture", *holds).startswith(PARTLY)
     assert answer("cpdi_fracture", *holds, ("status", {"basis": "cpdi"}, "broke_down")) == FAILS
+    fine = ("status", {"basis": "cpdi", "resolution": 16}, "broke_down")
+    assert answer("cpdi_fracture", *holds, *parted, fine).startswith(PARTLY)
 
 
 def kept(
@@ -125,7 +127,10 @@ def test_locking() -> None:
     locked = (share, {"method__volumetric": "standard"}, 0.5)
     assert answer("f_bar_locking", free, locked) == HOLDS
     splines = (share, {"method__volumetric": "standard", "basis": "bspline"}, 0.95)
-    assert answer("f_bar_locking", free, locked, splines).startswith(PARTLY)
+    assert answer("f_bar_locking", free, locked, splines) == HOLDS  # they do not lock
+    assert answer("f_bar_locking", free, (share, {"method__volumetric": "standard"}, 0.95)) == FAILS
+    wrong = (share, {"method__volumetric": "f_bar", "method": "fem"}, 1.2)
+    assert answer("f_bar_locking", free, wrong, locked).startswith(PARTLY)
 
 
 def test_every_claim_is_judged_here() -> None:
