@@ -14,7 +14,7 @@ CLAIMS = {one.name: one for one in PAPER.claims}
 
 
 def answer(name: str, *given: tuple[str, dict[str, Any], Any]) -> str:
-    """The verdict where each number is the one `given` whose settings fit best, the last one of equals."""
+    """The verdict where each number is the one `given` whose settings fit best, the first one of equals."""
     asked = set()
 
     def tell(campaign: str, quantity: str, match: dict[str, Any]) -> float | str:
@@ -56,6 +56,11 @@ def test_fracture() -> None:
     assert answer("cpdi_fracture", *holds, *parted) == HOLDS
     assert answer("cpdi_fracture", *holds).startswith(PARTLY)
     assert answer("cpdi_fracture", *holds, ("status", {"basis": "cpdi"}, "broke_down")) == FAILS
+    for wrong in (
+        ("largest_gap", {"basis": "cpdi"}, 2.5),
+        ("error_elongation", {"basis": "cpdi"}, 0.03),
+    ):
+        assert answer("cpdi_fracture", *holds[::-1], *parted, wrong).startswith(PARTLY)
     fine = ("status", {"basis": "cpdi", "resolution": 16}, "broke_down")
     assert answer("cpdi_fracture", *holds, *parted, fine).startswith(PARTLY)
 
