@@ -29,6 +29,7 @@ from mpmbench.core.bases.grid.spline import TensorSpline
 from mpmbench.core.compiled import threads
 from mpmbench.core.geometry import Box, Cloud
 from mpmbench.core.loops.explicit import step
+from mpmbench.core.particles import Particles
 from mpmbench.runs.hydra import compose
 
 TIME_STEP = 1e-6  # [s], stable on the finest grid below
@@ -82,7 +83,7 @@ def evaluations() -> None:
     jittered = box.points.copy()
     inner = np.all((jittered > 0.01) & (jittered < 0.99), axis=1)
     jittered[inner] += rng.uniform(-0.2, 0.2, (int(inner.sum()), 2)) / cells
-    points, _ = registry.get("problem", "plate_axis_aligned")().seed(cells, 16)
+    points, volumes = registry.get("problem", "plate_axis_aligned")().seed(cells, 16)
     tasks = {}
     for name, plugin, settings, geometry in (
         ("bspline degree 2", "bspline", {}, box),
@@ -90,11 +91,14 @@ def evaluations() -> None:
         ("bspline degree 3", "bspline", {"degree": 3}, box),
         ("gimp", "gimp", {}, box),
         ("cpdi", "cpdi", {}, box),
+        ("on a mesh, cpdi2", "cpdi2", {}, box),
+        ("ddmp", "ddmp", {}, box),
         ("maxent cubic prior, grid", "maxent", {}, box),
         ("lme gamma 1.8, arbitrary cloud", "lme", {}, Cloud(jittered)),
         ("mls, arbitrary cloud", "mls", {}, Cloud(jittered)),
     ):
         basis = registry.get("basis", plugin)(**settings).build(geometry, len(points), False)
+        basis.follow(Particles.at_rest(points, volumes, 1.0))
         tasks[name] = evaluation(basis, points)
     seconds = interleaved(tasks)
     for name, value in seconds.items():
@@ -107,6 +111,8 @@ def evaluations() -> None:
         ("mls", "MLS"),
         ("gimp", "GIMP"),
         ("cpdi", "CPDI"),
+        ("on a mesh", "CPDI2"),
+        ("ddmp", "DDMP"),
     )
     for start, called in named:
         (took,) = (value for name, value in seconds.items() if name.startswith(start))

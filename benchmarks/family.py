@@ -20,11 +20,7 @@ BASES: tuple[tuple[str, str, dict[str, object]], ...] = (
     ("cpdi", "cpdi", {}),
     ("cpdi2", "cpdi2", {}),
 )
-STEPS = {
-    "cpdi2": "CPDI2 over quadratic B-splines, step",
-    "tls": "TLS over splines, step",
-    "ddmp": "DDMP over quadratic B-splines, step",
-}
+STEPS = {"tls": "TLS over splines, step"}
 
 
 def family() -> None:

@@ -243,8 +243,7 @@ def strains(s: State, dt: float, share: float = 1.0, first: bool = False) -> Non
 def total_force(s: State) -> None:
     """Sum mass, momentum and forces on the nodes, with the loads of this instant."""
     n, part = s.nodes, s.transfer.part(s)
-    loads = partial(body_force, s, s.time)
-    p, loads = s.basis.sources(s.particles.arrays, loads)
+    p, loads = s.basis.sources(s.particles.arrays, partial(body_force, s, s.time))
     s.sums(s.basis.handle, p, n, loads, part)
     add_loads(s, s.basis.handle, s.time, n.f_external)
     np.add(n.f_internal, n.f_external, out=n.f)
