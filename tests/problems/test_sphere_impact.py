@@ -133,7 +133,7 @@ def test_graded_nodes_have_functions_of_their_own_spacing() -> None:
 def test_what_cannot_be_run_is_refused_with_a_reason() -> None:
     for method, basis, changes, reason in (
         ("mpm", "linear", {"problem__spread": "graded"}, "cells of a grid without particles"),
-        ("mpm", "mls", {"method__nodes": "moving"}, "supports of one size"),
+        ("otm", "mls", {}, "supports of one size"),
         ("linear_fem", "linear", {}, "contact=penalty"),
         ("implicit_mpm", "linear", {}, "one material"),
     ):

@@ -1,4 +1,4 @@
-"""Li 2009, chapters 2 to 5.2.1: local max-ent functions, isothermal shock, stability of OTM, Taylor's rod, contact."""
+"""Li 2009, chapters 2 to 5: local max-ent functions, isothermal shock, stability of OTM, impact."""
 
 from mpmbench.papers.kit import Paper
 from mpmbench.papers.li2009 import (
@@ -8,6 +8,7 @@ from mpmbench.papers.li2009 import (
     contact_claims,
     entropy,
     functions,
+    impact,
     inelastic,
     locality,
     shock,
@@ -17,11 +18,11 @@ from mpmbench.papers.li2009 import (
 
 PAPER = Paper(
     name="li2009",
-    title="Li 2009: the optimal transportation method in solid mechanics, chapters 2 to 5.2.1",
+    title="Li 2009: the optimal transportation method in solid mechanics, chapters 2 to 5",
     reference="B. Li, The Optimal Transportation Method in Solid Mechanics, PhD thesis, California Institute of "
     "Technology, Pasadena, 2009.",
-    summary="Shape functions, the isothermal shock, the elastic bar, Taylor's rod and contact of the thesis, with "
-    "its parameters where it gives them; explicit linear finite elements, the other methods of this program, SPH "
+    summary="Shape functions, the isothermal shock, the elastic bar, Taylor's rod, contact and impact of the thesis, "
+    "with its parameters where it gives them; explicit linear finite elements, the other methods of this program, SPH "
     "with an Eulerian kernel and nodal integration stand beside OTM. Errors of the shock are those of Eq. "
     "4.27: the largest over time.",
     chapters=(
@@ -47,6 +48,8 @@ PAPER = Paper(
         taylor.copper_chapter,
         collisions.rules_chapter,
         collisions.cubes_chapter,
+        impact.impact_chapter,
+        impact.open_chapter,
     ),
     claims=tuple(contact_claims.claim),
     set_ups=claims.SET_UPS,

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 from mpmbench.papers.li2009.claims import Answer, claim
 from mpmbench.papers.li2009.collisions import CUBES, RULES
+from mpmbench.papers.li2009.impact import HYDRODYNAMIC, METHODS, SPEEDS
 from mpmbench.report.evidence import Runs
 
 MOMENTUM = 31_332.0  # of six cubes at the start [kg m/s]
@@ -68,3 +69,28 @@ def node_range(runs: Runs) -> Answer:
         for reach in sorted(late)
     )
     return inside, f"contact is off by {words}"
+
+
+@claim(
+    "The depth approaches the hydrodynamic limit",
+    "Sect. 5.2.3, Fig. 5.22",
+    quote="when we increase the impact velocity, it may be observed the penetration depth asymptotically "
+    "approaches that predicted by the hydrodynamic theory",
+    threshold="by OTM the depth over the diameter grows with each velocity, by less and less from 2000 to 3000 "
+    "m/s, and ends within 20 % of the root of the ratio of the densities, 1.71",
+)
+def hydrodynamic(runs: Runs) -> Answer:
+    """Growth of the depth with velocity, and its distance from the limit of a flowing rod."""
+    match = METHODS["OTM, shared nodes"]
+    depth = [
+        runs.number("sphere_velocity", "depth_over_diameter", **match, problem__speed=speed)
+        for speed in SPEEDS
+    ]
+    rise = [b - a for a, b in pairwise(depth)]
+    inside = {
+        "growth": all(one > 0.0 for one in rise),
+        "levelling off": rise[-1] < rise[-2],
+        "the limit": abs(depth[-1] / HYDRODYNAMIC - 1.0) < 0.2,
+    }
+    words = ", ".join(f"{one:.2f}" for one in depth)
+    return inside, f"depths over the diameter from 500 to 3000 m/s: {words}"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mpmbench.papers import read_campaigns
-from mpmbench.papers.li2009 import collisions
+from mpmbench.papers.li2009 import collisions, impact
 from mpmbench.papers.li2009.collisions import CHECKS, RULES, SIX
 from mpmbench.report.evidence import MissingRuns
 
@@ -61,3 +61,38 @@ def test_six_cubes_are_drawn(campaigns: Any, monkeypatch: pytest.MonkeyPatch) ->
     total = energy.content.axes[0].lines[3].get_ydata()
     assert total[-1] == pytest.approx(3e-3)
     assert [cell.value for cell in page.tables[0].rows[0][1:]] == [0.25] * len(SIX)
+
+
+def test_depths_by_velocity_are_drawn_and_tabulated(
+    tmp_path: Path, write_run: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for folder in ("sphere_velocity", "sphere_open"):
+        (tmp_path / folder).mkdir()
+    run = {"method": "otm", "basis": "lme", "resolution": 2, "dimension": 3}
+    for speed in (500.0, 1000.0):
+        scalars = dict.fromkeys(impact.READ, 1e-3 * speed)
+        settings = {"problem": {"speed": speed}}
+        write_run(
+            tmp_path / "sphere_velocity",
+            problem="sphere_impact",
+            scalars=scalars,
+            settings=settings,
+            **run,
+        )
+
+    def told(campaigns: Any, campaign: str, *wanted: str, **match: Any) -> tuple[str, Any]:
+        if match["method"] != "otm":
+            raise MissingRuns(campaign)
+        fields = {"snapshot_time": np.arange(4.0), "position": np.zeros((4, 5, 3))}
+        fields["plastic_strain"] = np.ones((4, 5))
+        return "told", {name: fields[name] for name in wanted}
+
+    monkeypatch.setattr(impact, "variables", told)
+    page = impact.impact_chapter(read_campaigns(tmp_path))
+    assert len(page.drawings) == 3 and page.drawings[0].content.axes[0].lines
+    rows = {(row[0].value, row[1].value): row[2].value for row in page.tables[0].rows}
+    assert rows["OTM, shared nodes", 1000.0] == 1.0 and not rows["OTM, shared nodes", 750.0]
+    drawn = page.drawings[0].content.axes[0].lines[0].get_xydata()
+    assert drawn.tolist() == [[0.5, 0.5], [1.0, 1.0]]
+    with pytest.raises(MissingRuns):
+        impact.impact_chapter(read_campaigns(tmp_path / "sphere_open"))

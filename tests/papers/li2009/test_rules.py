@@ -8,6 +8,7 @@ from mpmbench.papers import find
 from mpmbench.papers.li2009 import claims
 from mpmbench.papers.li2009.bar import BARS
 from mpmbench.papers.li2009.functions import PUBLISHED, TOLERANCES
+from mpmbench.papers.li2009.impact import SPEEDS
 from mpmbench.papers.li2009.support import DENSITY, VELOCITY
 from mpmbench.report.claims import FAILS, HOLDS
 from tests.papers.told import Tell, answer, said
@@ -122,6 +123,12 @@ def met(captured: float = 0.0, **late: float) -> Tell:
     return tell
 
 
+def depths(*found: float) -> Tell:
+    """Depth over diameter by velocity."""
+    by_speed = dict(zip(SPEEDS, found, strict=True))
+    return lambda campaign, quantity, match: by_speed[match["problem__speed"]]
+
+
 STORIES: list[tuple[str, Tell, str]] = [
     ("newton_counts", steps(0.5), HOLDS),
     ("newton_counts", steps(0.7), FAILS),
@@ -186,6 +193,13 @@ STORIES: list[tuple[str, Tell, str]] = [
         "holds in part: for the first contact; not for what stays outside",
     ),
     ("node_range", met(captured=4.0, narrow=0.02, middle=-0.01, wide=-0.1), FAILS),
+    ("hydrodynamic", depths(0.3, 0.6, 0.9, 1.1, 1.2, 1.4, 1.5, 1.55), HOLDS),
+    (
+        "hydrodynamic",
+        depths(0.3, 0.6, 0.9, 1.1, 1.2, 1.4, 1.5, 1.7),
+        "holds in part: for growth, the limit; not for levelling off",
+    ),
+    ("hydrodynamic", depths(0.3, 0.6, 0.9, 0.8, 1.2, 1.8, 2.0, 2.5), FAILS),
 ]
 
 
