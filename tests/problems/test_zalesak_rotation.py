@@ -78,9 +78,12 @@ def test_transfers_keep_what_they_promise() -> None:
 
 @pytest.mark.slow
 def test_two_turns_held_on_circles() -> None:
-    """Affine transfers stay within millimetres, and pic has lost its angular momentum."""
+    """Affine transfers stay within millimetres, and pic has lost its angular momentum.
+
+    The error of apic grows: 0.4 mm after two turns, 1.7 mm a quarter later (3.6 mm on 8 cells).
+    """
     for transfer, most in (("apic", 1e-3), ("tpic", 5e-3)):
-        changes = HELD | {"resolution": 12, "method__transfer": transfer}
+        changes = HELD | {"resolution": 12, "method__transfer": transfer, "end_time": 2.0}
         result = run("zalesak_rotation", "mpm", "bspline", **changes)
         assert float(result.error_displacement_rms) < most, transfer
     result = run("zalesak_rotation", "mpm", "bspline", resolution=12, method__transfer="pic")
