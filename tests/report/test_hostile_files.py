@@ -15,7 +15,21 @@ NAN = float("nan")
 BARE = {"snapshot": False, "scalars": {"error_displacement_rms": NAN, "error_stress_rms": NAN}}
 ATTACK = 'x"><img src=q onerror="document.title=1"><script>document.title=1</script>'
 ELEMENTS = {  # that a page of ours is made of; "image" stands for pixels within a figure
-    *("html", "head", "meta", "title", "style", "body", "section", "div", "p", "span", "br", "nav"),
+    *(
+        "html",
+        "head",
+        "meta",
+        "title",
+        "style",
+        "body",
+        "main",
+        "section",
+        "div",
+        "p",
+        "span",
+        "br",
+        "nav",
+    ),
     *("h1", "h2", "h3", "ul", "li", "dl", "dt", "dd", "code", "a", "blockquote", "details"),
     *("summary", "table", "thead", "tbody", "tr", "th", "td", "figure", "figcaption"),
     *("svg", "g", "defs", "path", "use", "clippath", "rect", "image"),

@@ -52,6 +52,21 @@ def test_every_figure_and_table_is_written_in_its_formats(quickstart):
     assert not list((folder / "report").rglob(".*")), "nothing half-written stays"
 
 
+def test_the_page_can_be_read_by_keyboard_and_by_ear(quickstart):
+    _, text = quickstart
+    contents = re.search(r'<nav class="contents".*?</nav>', text, re.DOTALL).group()
+    targets = re.findall(r'href="#([^"]+)"', contents)
+    assert len(targets) == len(re.findall("<h2>", text)) > 1
+    assert all(f'id="{target}"' in text for target in targets)
+    heads = re.findall(r"<th\b[^>]*>", text)
+    assert heads and all('scope="col"' in head for head in heads)
+    tables, figures = text.count("<table>"), text.count("<figure ")
+    regions = re.findall(r'<div class="scroll" tabindex="0" role="region" aria-label="[^"]+"', text)
+    pictures = re.findall(r'<div role="img" aria-label="[^"]+">', text)
+    assert len(regions) == tables > 0 and len(pictures) == figures > 0
+    assert "prefers-color-scheme: dark" in text
+
+
 def test_page_opens_offline(quickstart):
     _, text = quickstart
     loaded = re.findall(r'(?:src|href)="([^"]+)"', text) + re.findall(r"url\(([^)]+)\)", text)
