@@ -12,6 +12,7 @@ import numpy as np
 from benchmarks import goals, mutants, peers, reference
 from benchmarks.campaigns import campaign, overhead, program, seconds_of
 from benchmarks.compiling import compiling
+from benchmarks.contact import contact
 from benchmarks.family import family, transfers
 from benchmarks.functions import functions
 from benchmarks.goals import measured
@@ -189,6 +190,7 @@ SECTIONS = {
         family,
         transfers,
         taylor,
+        contact,
         implicit,
         bar,
         start_up,
