@@ -5,8 +5,8 @@ thick with a radius of 10 mm. Tables 5.2 and 5.3 give both metals. The thesis le
 exponent m, its reference rate, the equation of state, and how the plate is held: the defaults are m =
 10, 1000 /s, ``K (ln J)^2 / 2`` and rollers under the plate; the surfaces are smooth. There is no exact
 solution. The depth is that of the plate's point under the sphere when the sphere has 1 % of its
-energy left: of that of its centre along the axis, as particles inside may go on vibrating, which
-linear functions do not damp.
+kinetic energy left; nan when it keeps more until the end. Particles inside may go on vibrating, which
+linear functions do not damp, so depth and instant are also given by the energy of the sphere's centre.
 
 Nodes that are those of the bodies are graded: no farther apart than a fifth of the sphere's radius,
 0.17 mm, within 2.5 mm of the impact with the default resolution of 5, and then farther by up to
@@ -203,16 +203,20 @@ class SphereImpact(Collision):
         series = {name: np.array(values) for name, values in solution.history.items()}
         kinetic = series["body_kinetic_energy"][:, SPHERE]
         mass, momentum = solution.body_masses[SPHERE], series["body_momentum"][:, SPHERE, 0]
-        when = instant(series["time"], (momentum / momentum[0]) ** 2, LEFT)
-        depth = np.interp(when, series["time"], series["depth"]) if np.isfinite(when) else np.nan
-        text = "instant at which the sphere's centre has 1 % of its kinetic energy left"
-        return {
-            "time_to_dissipation": (when, "s", text),
-            "depth_over_diameter": (
-                float(depth) / (2.0 * self.radius),
-                "1",
-                "depth of the plate's point under the sphere at that instant, over its diameter",
-            ),
+        found: dict[str, tuple[Any, ...]] = {}
+        for suffix, whose, energy in (
+            ("", "the sphere", kinetic),
+            ("_of_centre", "the sphere's centre", momentum**2),
+        ):
+            when = instant(series["time"], energy / energy[0], LEFT)
+            depth = float(np.interp(when, series["time"], series["depth"]))  # nan at nan
+            text = f"instant at which {whose} has 1 % of its kinetic energy left"
+            found[f"time_to_dissipation{suffix}"] = (when, "s", text)
+            text = (
+                f"depth of the plate's point under it, over its diameter, when {whose} has 1 % left"
+            )
+            found[f"depth_over_diameter{suffix}"] = (depth / (2.0 * self.radius), "1", text)
+        return found | {
             "depth": (series["depth"], "m", "depth of the plate's point under the sphere"),
             "sphere_velocity": (momentum / mass, "m/s", "mean velocity of the sphere along x_1"),
             "sphere_energy_left": (

@@ -65,7 +65,8 @@ def impact_chapter(campaigns: Campaigns) -> Chapter:
     columns = ["method", "velocity [m/s]", "depth over diameter", "time to dissipation [s]"]
     columns += ["energy of the sphere left", "energy not explained"]
     note = (
-        "Depth of the plate's point under the sphere when the sphere's centre has 1 % of its energy left. "
+        "Depth of the plate's point under the sphere when the sphere has 1 % of its energy left; "
+        "empty where it keeps more until the end. "
         "Estimates from cavity expansion and craters: 0.35 to 0.65 at 500 m/s, 0.8 to 1.6 at 1000 "
         "m/s, 1.2 to 2.6 at 2000 m/s."
     )
