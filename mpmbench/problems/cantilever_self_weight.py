@@ -13,8 +13,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mpmbench.core.choices import Choices
-from mpmbench.core.errors import NotApplicable, require
-from mpmbench.core.geometry import Box
+from mpmbench.core.errors import NotApplicable
+from mpmbench.core.geometry import Box, divided
 from mpmbench.core.materials import Material
 from mpmbench.core.particles import seed_cells
 from mpmbench.core.registry import register
@@ -24,10 +24,9 @@ from mpmbench.core.state import Loads, State
 from mpmbench.problems import Problem
 
 CONVERGED_DEFLECTION = -0.67436  # [m]
-ROOM_BELOW, ROOM_BEYOND = (
-    1.5,
-    0.5,
-)  # [m] of grid below the beam and beyond its end, for methods whose nodes stay
+PUBLISHED = (8.0, 1.0)  # length and height that it holds for [m]
+# Grid below the beam and beyond its end, in its lengths, for methods whose nodes stay.
+ROOM_BELOW, ROOM_BEYOND = 0.1875, 0.0625
 
 
 @register("problem", "cantilever_self_weight")
@@ -47,19 +46,18 @@ class CantileverSelfWeight(Problem):
         "Gauss points of the cells, or middles of equal sub-cells",
         options=("gauss", "midpoint"),
     )
+    length: float = setting(8.0, "of the beam", unit="m", above=0.0, most=1e3)
+    height: float = setting(1.0, "of the beam", unit="m", above=0.0, most=1e3)
     dimension: ClassVar[int] = 2
-    reference_length: ClassVar[float] = 8.0
     bends: ClassVar[bool] = True
     initial_acceleration: ClassVar[str] = "zero"
-    height: ClassVar[float] = 1.0
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        return self.length
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
-        require(
-            resolution % 8 == 0,
-            "resolution",
-            resolution,
-            "a multiple of 8 (whole cells over a height of 1 m)",
-        )
+        self._beam(resolution)
         if choices.dynamic or not choices.implicit:
             raise NotApplicable(
                 "cantilever_self_weight is a static problem: it needs method.time=static"
@@ -67,21 +65,23 @@ class CantileverSelfWeight(Problem):
 
     # geometry
 
+    def _beam(self, resolution: int) -> Box:
+        return divided(self.length, self.height, resolution)
+
     def nodes(self, resolution: int, choices: Choices) -> Box:
-        across = resolution // 8
+        beam = self._beam(resolution)
         if choices.moving or choices.frozen:
-            return Box((0.0, 0.0), (self.reference_length, self.height), (resolution, across))
-        room, beyond = int(np.ceil(ROOM_BELOW * across)), int(np.ceil(ROOM_BEYOND * across))
+            return beam
+        room, beyond = (int(np.ceil(part * resolution)) for part in (ROOM_BELOW, ROOM_BEYOND))
         h = self.reference_length / resolution
         return Box(
             (0.0, -room * h),
             (self.reference_length + beyond * h, self.height + h),
-            (resolution + beyond, across + room + 1),
+            (resolution + beyond, beam.cells[1] + room + 1),
         )
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
-        box = Box((0.0, 0.0), (self.reference_length, self.height), (resolution, resolution // 8))
-        return seed_cells(box, particles_per_cell, self.particle_layout)
+        return seed_cells(self._beam(resolution), particles_per_cell, self.particle_layout)
 
     def tracers(self) -> np.ndarray:
         """The point A."""
@@ -111,8 +111,7 @@ class CantileverSelfWeight(Problem):
         deflection = float(last[-1, 1] - first[-1, 1])
         order = np.argsort(np.linalg.norm(first[:-1] - first[-1], axis=1), kind="stable")
         near = float(np.mean((last - first)[order[:2], 1]))
-        error = abs(deflection / CONVERGED_DEFLECTION - 1.0)
-        return {
+        found: dict[str, tuple[Any, str, str]] = {
             "tip_deflection": (
                 deflection,
                 "m",
@@ -123,9 +122,9 @@ class CantileverSelfWeight(Problem):
                 "m",
                 "mean deflection of the two particles nearest to that point",
             ),
-            "error_tip": (
-                error,
-                "1",
-                "relative error of tip_deflection against the converged value",
-            ),
         }
+        if (self.length, self.height) == PUBLISHED:
+            error = abs(deflection / CONVERGED_DEFLECTION - 1.0)
+            text = "relative error of tip_deflection against the converged value"
+            found["error_tip"] = (error, "1", text)
+        return found

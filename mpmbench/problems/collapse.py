@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mpmbench.core.choices import Choices
-from mpmbench.core.errors import NotApplicable, require
-from mpmbench.core.geometry import Box
+from mpmbench.core.errors import NotApplicable
+from mpmbench.core.geometry import Box, divided
 from mpmbench.core.materials import Material
 from mpmbench.core.particles import seed_cells
 from mpmbench.core.simulation import Solution
@@ -41,21 +41,14 @@ class Collapse(Problem):
     bends: ClassVar[bool] = True
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
-        cells = self.height / self.width * resolution
-        require(
-            abs(cells - round(cells)) < 1e-9 and cells >= 1.0,
-            "resolution",
-            resolution,
-            f"a number of cells along the width that divides the height of {self.height:g} m too",
-        )
+        self._column(resolution)
         if choices.implicit or not choices.dynamic:
             raise NotApplicable("a column that collapses needs method.time=explicit")
 
     # geometry
 
     def _column(self, resolution: int) -> Box:
-        up = round(self.height / self.width * resolution)
-        return Box((0.0, 0.0), (self.width, self.height), (resolution, up))
+        return divided(self.width, self.height, resolution)
 
     def nodes(self, resolution: int, choices: Choices) -> Box:
         if choices.on_body:

@@ -15,8 +15,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mpmbench.core.choices import Choices
-from mpmbench.core.errors import NotApplicable, require
-from mpmbench.core.geometry import Box
+from mpmbench.core.errors import NotApplicable
+from mpmbench.core.geometry import Box, divided
 from mpmbench.core.materials import Material
 from mpmbench.core.particles import seed_cells
 from mpmbench.core.registry import register
@@ -48,17 +48,16 @@ class FrictionSlope(Problem):
         "Gauss points of the cells, or middles of equal sub-cells",
         options=("gauss", "midpoint"),
     )
+    length: float = setting(0.1, "of the block", unit="m", above=0.0, most=1e3)
+    height: float = setting(0.05, "of the block", unit="m", above=0.0, most=1e3)
     dimension: ClassVar[int] = 2
-    reference_length: ClassVar[float] = 0.1
-    height: ClassVar[float] = 0.05
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        return self.length
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
-        require(
-            resolution % 2 == 0,
-            "resolution",
-            resolution,
-            "a multiple of 2 (whole cells over a height of 0.05 m)",
-        )
+        self._block(resolution)
         if not choices.dynamic:
             raise NotApplicable(
                 "friction_slope is a dynamic problem: it needs method.time=explicit or newmark"
@@ -67,14 +66,14 @@ class FrictionSlope(Problem):
     # geometry
 
     def _block(self, resolution: int) -> Box:
-        return Box((0.0, 0.0), (self.reference_length, self.height), (resolution, resolution // 2))
+        return divided(self.length, self.height, resolution)
 
     def nodes(self, resolution: int, choices: Choices) -> Box:
         if choices.on_body:
             return self._block(resolution)
         h = self.reference_length / resolution
         along = resolution + ROOM + math.ceil(self.travel / h)
-        up = resolution // 2 + ROOM
+        up = self._block(resolution).cells[1] + ROOM
         return Box((-ROOM * h, 0.0), (along * h, up * h), (along + ROOM, up))
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,6 +1,6 @@
 """Collapse of a cohesive soil column under its own weight, plane strain (Iaconeta 2017, section 5.3; Bui et al. 2008).
 
-A column 4 m wide and 2 m high of Mohr-Coulomb material, with a roller on its left wall and a rough
+A column of Mohr-Coulomb material, with a roller on its left wall and a rough
 base, is released: gravity acts at once. Its right side slumps over the base. Clouds of moving nodes
 need nodes of the base beyond the column too, on which the soil comes to rest; between these, nodes
 pass through the base unless they are held there.
@@ -13,8 +13,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mpmbench.core.choices import Choices
-from mpmbench.core.errors import NotApplicable, require
-from mpmbench.core.geometry import Box, Cloud, Geometry
+from mpmbench.core.errors import NotApplicable
+from mpmbench.core.geometry import Box, Cloud, Geometry, divided
 from mpmbench.core.materials import Material
 from mpmbench.core.materials.plastic import PLASTIC_STRAIN
 from mpmbench.core.materials.plastic.mohr_coulomb import MohrCoulomb
@@ -26,8 +26,8 @@ from mpmbench.core.state import Loads, State
 from mpmbench.core.walls import Wall
 from mpmbench.problems import Problem
 
-BASE_LENGTH = 8.0  # [m]
-GRID_HEIGHT = 2.2  # [m]
+RUN_OUT = 2.0  # base beyond the column, in its heights
+ABOVE = 1.1  # height of the grid over that of the column
 MARGIN = 4  # cells of grid beyond both
 SLACK = 4e-9  # [m]
 
@@ -61,19 +61,18 @@ class SoilColumn(Problem):
         "Gauss points of the cells, or middles of equal sub-cells",
         options=("gauss", "midpoint"),
     )
+    width: float = setting(4.0, "of the column", unit="m", above=0.0, most=1e3)
+    height: float = setting(2.0, "of the column", unit="m", above=0.0, most=1e3)
     dimension: ClassVar[int] = 2
-    reference_length: ClassVar[float] = 4.0
     bends: ClassVar[bool] = True
-    height: ClassVar[float] = 2.0
     samples: ClassVar[int] = 1000
 
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        return self.width
+
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
-        require(
-            resolution % 2 == 0,
-            "resolution",
-            resolution,
-            "a multiple of 2 (whole cells over a height of 2 m)",
-        )
+        self._column(resolution)
         if not choices.dynamic:
             raise NotApplicable(
                 "soil_column is a dynamic problem: it needs method.time=newmark or explicit"
@@ -94,18 +93,18 @@ class SoilColumn(Problem):
     # geometry
 
     def _column(self, resolution: int) -> Box:
-        return Box((0.0, 0.0), (self.reference_length, self.height), (resolution, resolution // 2))
+        return divided(self.width, self.height, resolution)
 
     def nodes(self, resolution: int, choices: Choices) -> Geometry:
         h = self.reference_length / resolution
-        along = round(BASE_LENGTH / h)
+        along = round((self.width + RUN_OUT * self.height) / h)
         if choices.on_body and self.base == "wall":
             return self._column(resolution)
         if choices.moving:
             rest = np.arange(resolution + 1, along + 1) * h
             base = np.stack([rest, np.zeros_like(rest)], axis=1)
             return Cloud(np.vstack([self._column(resolution).points, base]), spacing=h)
-        along, up = along + MARGIN, math.ceil(GRID_HEIGHT / h - 1e-9) + MARGIN
+        along, up = along + MARGIN, math.ceil(ABOVE * self.height / h - 1e-9) + MARGIN
         return Box((0.0, 0.0), (along * h, up * h), (along, up))
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:

@@ -21,8 +21,11 @@ LATER: dict[tuple[str, str], dict[str, Any]] = {
     ("basis", "bspline"): {"reconstruction": "none", "reconstruction_degree": 1, "filled": 0.9},
     ("basis", "mls"): {"mixed_terms": False},
     ("material", "newtonian_fluid"): {"tension": "carried"},
-    ("problem", "cantilever_dynamic"): {"behind": "room"},
+    ("problem", "cantilever_dynamic"): {"behind": "room", "length": 4.0, "height": 1.0},
+    ("problem", "cantilever_self_weight"): {"length": 8.0, "height": 1.0},
+    ("problem", "friction_slope"): {"length": 0.1, "height": 0.05},
     ("problem", "rolling_disk"): {"plane": "nodes", "friction": None},
+    ("problem", "soil_column"): {"width": 4.0, "height": 2.0},
 }
 # The same for keys of all methods whose time loop is the explicit or the implicit one or derives
 # from it, which those have that have the first key.

@@ -2,12 +2,13 @@
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mpmbench.core.errors import BadSetting
+from mpmbench.core.errors import BadSetting, require
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
@@ -122,6 +123,25 @@ class Cloud:
 
 
 Geometry = Box | Cloud
+
+
+def divided(length: float, height: float, resolution: int) -> Box:
+    """A rectangle from the origin, `length` by `height` [m], with `resolution` square cells along it.
+
+    Raises
+    ------
+    BadSetting
+        When no whole number of such cells fills its height.
+    """
+    ratio = Fraction(height / length).limit_denominator(1000)
+    fits = ratio > 0 and abs(float(ratio) * length - height) <= 1e-9 * height
+    allowed = f"a multiple of {ratio.denominator} (whole cells over a height of {height:g} m)"
+    if not fits:
+        allowed = (
+            f"a height that is a simple fraction of the length, not {height:g} of {length:g} m,"
+        )
+    require(fits and resolution % ratio.denominator == 0, "resolution", resolution, allowed)
+    return Box((0.0, 0.0), (length, height), (resolution, int(ratio * resolution)))
 
 
 def tensor_points(axes: list[np.ndarray]) -> np.ndarray:
