@@ -46,7 +46,8 @@ def test_a_loop_is_judged_by_what_it_declares_and_not_by_its_name(time: str) -> 
     """Velocities live half a step earlier than positions whatever the loop is called: same bits."""
     known, other = bar("explicit"), bar(time)
     for name in known.data_vars:
-        if name not in ("solver_time", "solver_cpu_time", "compile_time"):
+        # the places of what is kept at the end hold the times of the solver as text
+        if name not in ("solver_time", "solver_cpu_time", "compile_time", "end_state_places"):
             assert np.array_equal(known[name], other[name], equal_nan=True), name
     late = known.velocity_exact[-1] - bar_velocity_at_the_end(known)
     assert np.abs(late).max() > 1e-6  # half a step is seen
