@@ -54,7 +54,7 @@ def scattered(dim: int, box: Box, per_cell: int) -> Particles:
 
 
 @pytest.mark.parametrize("degree", (1, 2))
-@pytest.mark.parametrize("dim", (1, 2, 3))
+@pytest.mark.parametrize("dim", (1, 2, pytest.param(3, marks=pytest.mark.slow)))
 def test_totals_of_each_cell_are_kept(dim: int, degree: int) -> None:
     """Mass, momentum, body force and volume times stress, to 1e-14 of the sum of their sizes."""
     box = box_of(dim)

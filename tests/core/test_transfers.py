@@ -120,7 +120,11 @@ def keep_the_contract(transfer: str, nodes: str, stress_update: str, dimension: 
         ),
         ({"transfer": "tpic", "basis": "linear"}, {"transfer": "apic", "basis": "linear"}),
         ({"transfer": "plain_apic"}, {"transfer": "apic"}),
-        ({"transfer": "plain_apic", "dimension": 2}, {"transfer": "apic", "dimension": 2}),
+        pytest.param(
+            {"transfer": "plain_apic", "dimension": 2},
+            {"transfer": "apic", "dimension": 2},
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=lambda choices: "-".join(map(str, choices.values())),
 )

@@ -55,6 +55,7 @@ def test_finite_elements_lock_and_f_bar_does_not() -> None:
         assert float(result.corner_deflection) == pytest.approx(8.69e-3, rel=0.01)
 
 
+@pytest.mark.slow
 def test_the_material_point_method_locks_with_hats_and_f_bar_mends_it() -> None:
     assert float(membrane("implicit_mpm", "linear", 16, "standard").middle_over_reference) < 0.75
     result = membrane("implicit_mpm", "linear", 16, "f_bar")

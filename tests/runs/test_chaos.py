@@ -159,6 +159,7 @@ def check_completed(folder: Path, undisturbed: Path, *more: str) -> None:
     assert pids_of(str(folder)) == []
 
 
+@pytest.mark.slow
 def test_five_kills(tmp_path, undisturbed, monkeypatch):
     killed = disturb(tmp_path, undisturbed, 5, 1, monkeypatch)
     assert sum(killed.values()) == 5 and killed["command"] and killed["run"]
