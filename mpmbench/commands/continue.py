@@ -12,9 +12,7 @@ from mpmbench.commands.places import attributes_of
 from mpmbench.commands.rerun import rebuild
 from mpmbench.results.identity import changed_files, code_digests, result_path
 from mpmbench.results.provenance import library_versions, machine
-from mpmbench.runs.interrupts import terminated_like_interrupted
 from mpmbench.runs.process import isolation
-from mpmbench.runs.streams import forgiving
 from mpmbench.runs.sweep import display, execute
 from mpmbench.runs.sweep.claims import claimed
 from mpmbench.say import say
@@ -49,12 +47,7 @@ def main(arguments: list[str]) -> int:
     if reason:
         raise BadInput(f"continue {file.name}: {reason}")
     target = result_path(config)
-    with (
-        forgiving(),
-        terminated_like_interrupted(),
-        display.progress_bar(target.stem) as progress,
-        claimed(target),
-    ):
+    with display.progress_bar(target.stem) as progress, claimed(target):
         record = execute.run(config, progress, before=file)
     say(*display.summary(record, time.perf_counter() - started).splitlines())
     return 1 if record.failed else 0

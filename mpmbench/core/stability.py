@@ -1,10 +1,44 @@
 """The largest stable time step of the discrete system at hand, for any basis and mass matrix."""
 
+from collections.abc import Callable
+
 import numpy as np
 
+from mpmbench.core.materials import Material
 from mpmbench.core.state import State
 from mpmbench.core.transfer.carry import velocity_gradients
 from mpmbench.core.transfer.sums import p2g_internal_force, p2g_mass
+
+LOOKS = 10  # steps between two searches for the shortest cell of moving nodes
+
+
+def wave_speed(material: Material) -> float:
+    """Speed of the fastest small waves, those of volume [m/s]."""
+    lame, shear = material.lame_parameters()
+    return float(np.sqrt((lame + 2.0 * shear) / material.density))
+
+
+def step_of_impact(
+    s: State, speed: float, on_body: float, on_grid: float
+) -> Callable[[State], float]:
+    """A part of the time in which the fastest wave of all bodies, beside a motion with `speed` [m/s], crosses a cell.
+
+    The part is `on_body` where nodes are those of the bodies, whose shortest cell counts, and `on_grid`
+    on a grid.
+    """
+    assert s.geometry is not None
+    h, counted, shortest = s.geometry.nodal_spacing, 0, 1.0
+    wave = max(map(wave_speed, s.bodies.materials))
+    courant = on_body if s.choices.on_body else on_grid
+
+    def step(s: State) -> float:
+        nonlocal counted, shortest
+        if counted % LOOKS == 0 and s.choices.on_body:
+            shortest = smallest_stretch(s.particles.F[s.particles.material])
+        counted += 1
+        return courant * h * shortest / (wave + speed)
+
+    return step
 
 
 def stability_limit(s: State, iterations: int = 60) -> float:

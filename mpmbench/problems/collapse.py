@@ -37,8 +37,11 @@ class Collapse(Problem):
     length: float
     gravity: float
     dimension: ClassVar[int] = 2
-    reference_length: ClassVar[float] = 1.0
     bends: ClassVar[bool] = True
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        return self.width
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         self._column(resolution)

@@ -31,6 +31,7 @@ from mpmbench.core.particles import per_axis
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
+from mpmbench.core.stability import wave_speed
 from mpmbench.core.state import Loads, State
 from mpmbench.problems import Fields, Problem
 
@@ -109,8 +110,7 @@ class GeneralizedVortex(Problem):
     def adaptive_step(self, state: State) -> Callable[[State], float] | None:
         """A whole part of T/2, at most 0.2 h (implicit: h) over the wave speed times the largest stretch."""
         assert state.geometry is not None
-        lame, shear = state.material.lame_parameters()
-        wave = math.sqrt((lame + 2.0 * shear) / state.material.density)
+        wave = wave_speed(state.material)
         slide = 0.5 * SHEAR * self.amplitude
         stretch = slide + math.hypot(1.0, slide)
         courant = IMPLICIT if state.choices.implicit else COURANT

@@ -13,7 +13,7 @@ holds as much as they do, with tan(friction_angle).
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -34,8 +34,7 @@ class GranularCollapse(Collapse):
 
     aspect: float = setting(1.0, "height over width of the column", unit="-", above=0.0, most=20.0)
     gravity: float = setting(9.81, "weight per unit mass", unit="m/s2", above=0.0, below=1.0e4)
-    reference_length: ClassVar[float] = 0.1
-    width = 0.1
+    width: float = setting(0.1, "of the column", unit="m", above=0.0, most=1e3)
 
     @property
     def height(self) -> float:  # type: ignore[override]

@@ -38,7 +38,7 @@ from mpmbench.core.materials import Material
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
-from mpmbench.core.stability import smallest_stretch
+from mpmbench.core.stability import step_of_impact
 from mpmbench.core.state import State
 from mpmbench.problems.collision import Collision
 
@@ -63,7 +63,6 @@ GRID = 25.0 / 17.0  # cell of a grid over the distance of nodes at the impact
 ROOM = 3.0e-3  # of a grid above the plate, for the sphere and what is thrown out [m]
 LEFT = 0.01  # of the sphere's kinetic energy, when depth and time are read off
 COURANT_ON_BODY, COURANT_ON_GRID = 0.4, 0.3  # over the shortest cell, in times of the fastest wave
-LOOKS = 10  # steps between two searches for the shortest cell
 PLATE, SPHERE = 0, 1
 
 
@@ -170,23 +169,7 @@ class SphereImpact(Collision):
 
     def adaptive_step(self, state: State) -> Callable[[State], float] | None:
         """A part of the time in which the fastest wave crosses a cell, which is shortened with nodes on the body."""
-        assert state.geometry is not None
-        wave = 0.0
-        for material in state.bodies.materials:
-            lame, shear = material.lame_parameters()
-            wave = max(wave, math.sqrt((lame + 2.0 * shear) / material.density))
-        on_body = state.choices.on_body
-        courant = COURANT_ON_BODY if on_body else COURANT_ON_GRID
-        h, counted, shortest = state.geometry.nodal_spacing, 0, 1.0
-
-        def step(s: State) -> float:
-            nonlocal counted, shortest
-            if counted % LOOKS == 0 and on_body:
-                shortest = smallest_stretch(s.particles.F[s.particles.material])
-            counted += 1
-            return courant * h * shortest / (wave + self.speed)
-
-        return step
+        return step_of_impact(state, self.speed, COURANT_ON_BODY, COURANT_ON_GRID)
 
     # quantities of interest
 

@@ -23,7 +23,7 @@ from mpmbench.core.materials.fields import derived_fields
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
-from mpmbench.core.stability import smallest_stretch
+from mpmbench.core.stability import step_of_impact
 from mpmbench.core.state import Loads, State
 from mpmbench.core.walls import Wall
 from mpmbench.problems import Problem
@@ -39,7 +39,6 @@ SHARES = (
     ("contact", "contact_energy", "energy that the wall has taken"),
     ("transfer", "numerical_dissipation", "energy that transfers have lost"),
 )
-LOOKS = 10  # steps between two searches for the shortest cell
 
 
 @register("problem", "taylor_anvil")
@@ -125,20 +124,7 @@ class TaylorAnvil(Problem):
 
     def adaptive_step(self, state: State) -> Callable[[State], float] | None:
         """A part of the time in which an elastic wave crosses a cell, which is shortened with nodes on the body."""
-        assert state.geometry is not None
-        lame, shear = state.material.lame_parameters()
-        wave = float(np.sqrt((lame + 2.0 * shear) / state.material.density))
-        courant = COURANT_ON_BODY if state.choices.on_body else COURANT_ON_GRID
-        h, counted, shortest = state.geometry.nodal_spacing, 0, 1.0
-
-        def step(s: State) -> float:
-            nonlocal counted, shortest
-            if counted % LOOKS == 0 and s.choices.on_body:
-                shortest = smallest_stretch(s.particles.F[s.particles.material])
-            counted += 1
-            return courant * h * shortest / (wave + self.speed)
-
-        return step
+        return step_of_impact(state, self.speed, COURANT_ON_BODY, COURANT_ON_GRID)
 
     # quantities of interest
 

@@ -25,6 +25,7 @@ from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
+from mpmbench.core.stability import wave_speed
 from mpmbench.core.state import Loads, State
 from mpmbench.problems import Problem
 
@@ -106,8 +107,7 @@ class VerticalBar(Problem):
     def adaptive_step(self, state: State) -> Callable[[State], float] | None:
         """One step for all: a tenth of the time in which a wave crosses a cell, or all of it in implicit methods."""
         assert state.geometry is not None
-        lame, shear = state.material.lame_parameters()
-        wave = math.sqrt((lame + 2.0 * shear) / state.material.density)
+        wave = wave_speed(state.material)
         courant = IMPLICIT if state.choices.implicit else COURANT
         step = courant * state.geometry.nodal_spacing / wave
         return lambda _: step

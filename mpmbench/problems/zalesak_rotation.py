@@ -28,6 +28,7 @@ from mpmbench.core.particles import seed_cells
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
+from mpmbench.core.stability import wave_speed
 from mpmbench.core.state import Loads, State
 from mpmbench.problems import Fields, Problem
 
@@ -122,9 +123,8 @@ class ZalesakRotation(Problem):
     def adaptive_step(self, state: State) -> Callable[[State], float] | None:
         """The same step always: 0.4 of the time in which a wave crosses a cell, ten times that in implicit methods."""
         assert state.geometry is not None
-        lame, shear = state.material.lame_parameters()
         courant = IMPLICIT if state.choices.implicit else COURANT
-        wave = math.sqrt((lame + 2.0 * shear) / state.material.density)
+        wave = wave_speed(state.material)
         bound = courant * state.geometry.nodal_spacing / wave
         turn = 2.0 * math.pi / self.angular_velocity
         step = turn / math.ceil(turn / bound)

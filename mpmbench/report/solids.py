@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import EllipseCollection
+from matplotlib.collections import EllipseCollection, PathCollection
 from matplotlib.colors import Colormap
 
 FARTHEST = 0.6  # brightness of the particle that is farthest away; the nearest has 1
@@ -97,4 +97,26 @@ def draw(
     low, high = place[:, :2].min(axis=0) - margin, place[:, :2].max(axis=0) + margin
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     axes.set_axis_off()
+    return dots
+
+
+def draw_meridian(
+    axes: Axes, x: np.ndarray, values: np.ndarray, limits: tuple[float, float]
+) -> PathCollection:
+    """Paint particles by their distance from the first axis and their height, to both sides, the largest on top.
+
+    Parameters
+    ----------
+    x, values : ndarray
+        Positions, shape (n, 3), and values, shape (n,).
+    limits : tuple of float
+        Values at the ends of the colour map.
+    """
+    order = np.argsort(values)
+    radius, height = np.hypot(x[order, 1], x[order, 2]), x[order, 0]
+    dots = axes.scatter(
+        np.concatenate([-radius, radius]), np.tile(height, 2), c=np.tile(values[order], 2), s=1.5, lw=0.0,
+        cmap="viridis", vmin=limits[0], vmax=limits[1], rasterized=True,
+    )  # fmt: skip
+    axes.set_aspect("equal")
     return dots

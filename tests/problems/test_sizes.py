@@ -24,6 +24,7 @@ def test_square_cells_fill_a_rectangle() -> None:
     ("name", "along"),
     (
         ("soil_column", "width"),
+        ("dam_break", "width"),
         ("friction_slope", "length"),
         ("cantilever_dynamic", "length"),
         ("cantilever_self_weight", "length"),

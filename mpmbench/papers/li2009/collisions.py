@@ -104,16 +104,18 @@ def cubes_chapter(campaigns: Campaigns) -> Chapter:
     figure, axes = panels(1, len(CUBES), 2.3, sharex=True, sharey=True)
     drawn = []
     for axis, (name, match) in zip(axes[0], CUBES.items(), strict=True):
+        axis.set_title(name, fontsize=7, pad=3)
         try:
             _, found = variables(campaigns, "six_cubes", "time", *ENERGIES, **match)
         except MissingRuns:
+            how = cell(campaigns, "six_cubes", "steps", **match).value or "not run"
+            axis.text(0.5, 0.5, how, transform=axis.transAxes, ha="center", fontsize=7)
             continue
         drawn.append(name)
         total = np.sum([found[energy] for energy in ENERGIES], axis=0)
         for energy, values in (*((one, found[one]) for one in ENERGIES), ("total", total)):
             curve = thinned(found["time"], 1e-3 * values)
             axis.plot(*curve, label=energy.replace("_", " "), lw=1.0)
-        axis.set_title(name, fontsize=7, pad=3)
     if not drawn:
         raise MissingRuns("six_cubes: no run has finished")
     axes[0][0].legend(fontsize=5)

@@ -6,7 +6,7 @@ import numpy as np
 
 from mpmbench.papers.kit import Campaigns, Chapter, cell, variables
 from mpmbench.papers.parts import finished, quantities
-from mpmbench.report import style
+from mpmbench.report import solids, style
 from mpmbench.report.evidence import MissingRuns
 from mpmbench.report.figures import name_axes, panels
 
@@ -64,11 +64,12 @@ def impact_chapter(campaigns: Campaigns) -> Chapter:
     ]
     columns = ["method", "velocity [m/s]", "depth over diameter", "time to dissipation [s]"]
     columns += ["energy of the sphere left", "energy not explained"]
+    bands = ", ".join(
+        f"{low:g} to {high:g} at {speed:g} m/s" for speed, (low, high) in BANDS.items()
+    )
     note = (
         "Depth of the plate's point under the sphere when the sphere has 1 % of its energy left; "
-        "empty where it keeps more until the end. "
-        "Estimates from cavity expansion and craters: 0.35 to 0.65 at 500 m/s, 0.8 to 1.6 at 1000 "
-        "m/s, 1.2 to 2.6 at 2000 m/s."
+        f"empty where it keeps more until the end. Estimates from cavity expansion and craters: {bands}."
     )
     title = "Depth and time by velocity"
     page.tabulate("depths", title, columns, rows, numeric=range(1, 6), note=note)
@@ -139,16 +140,8 @@ def _craters(page: Chapter, campaigns: Campaigns, name: str, match: Match) -> No
 def _meridian(axis: Any, found: dict[str, np.ndarray], shot: int) -> Any:
     """Particles near the impact by their distance from the axis, mirrored."""
     x = 1e3 * found["position"][shot]
-    radius, values = np.hypot(x[:, 1], x[:, 2]), found["plastic_strain"][shot]
-    order = np.argsort(values)
-    order = order[(radius[order] < 4.0) & (x[order, 0] > -5.0)]
-    for side in (-1.0, 1.0):
-        dots = axis.scatter(
-            side * radius[order], x[order, 0], c=values[order], s=1.0, lw=0.0,
-            cmap="viridis", vmin=0.0, vmax=2.0, rasterized=True,
-        )  # fmt: skip
-    axis.set_aspect("equal")
-    return dots
+    near = (np.hypot(x[:, 1], x[:, 2]) < 4.0) & (x[:, 0] > -5.0)
+    return solids.draw_meridian(axis, x[near], found["plastic_strain"][shot][near], (0.0, 2.0))
 
 
 def open_chapter(campaigns: Campaigns) -> Chapter:

@@ -151,15 +151,8 @@ def _pictures(page: Chapter, campaigns: Campaigns, match: dict[str, Any]) -> Non
     for field, (number, label, factor, limits) in FIELDS.items():
         figure, axes = panels(1, 3, 2.6, sharex=True, sharey=True)
         for axis, shot in zip(axes[0], shots, strict=True):
-            x = 1e3 * found["position"][shot]
-            radius, values = np.hypot(x[:, 1], x[:, 2]), factor * found[field][shot]
-            order = np.argsort(values)
-            for side in (-1.0, 1.0):
-                dots = axis.scatter(
-                    side * radius[order], x[order, 0], c=values[order], s=1.5, lw=0.0,
-                    cmap="viridis", vmin=limits[0], vmax=limits[1], rasterized=True,
-                )  # fmt: skip
-            axis.set_aspect("equal")
+            x, values = 1e3 * found["position"][shot], factor * found[field][shot]
+            dots = solids.draw_meridian(axis, x, values, limits)
             axis.set_title(rf"{1e6 * found['snapshot_time'][shot]:.0f} $\mu$s", pad=3)
         figure.colorbar(dots, ax=list(axes[0]), label=label, shrink=0.7)
         name_axes(figure, "distance from the axis [mm]", "height above the wall [mm]")
