@@ -40,6 +40,7 @@ def test_meshes_fill_both_bodies(spread: str, model: str) -> None:
         if part.name == "sphere":  # as heavy as a round one
             assert np.abs(errors).max() < 1e-12
             assert part.mesh.nodes[:, 0].min() == pytest.approx(problem.gap)
+        assert (problem.velocity(part.mesh.nodes, None) == part.velocity).all()  # that of nodes
         size = simplex_volumes(part.mesh.nodes, part.mesh.simplices)
         assert size.min() > 0.1 * np.median(size)
         if model == "quarter":

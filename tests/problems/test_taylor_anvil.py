@@ -7,6 +7,7 @@ from mpmbench import case
 from mpmbench.core import registry
 from mpmbench.core.energies import dissipated_energy, strain_energy
 from mpmbench.core.simulation import simulate
+from mpmbench.core.stability import wave_speed
 from tests.core.support import compose, run
 
 PROBLEM = registry.get("problem", "taylor_anvil")
@@ -112,6 +113,8 @@ def test_steps_follow_what_is_compressed(method: str, basis: str, shorter: float
     """Functions that go with the body get as narrow as it does, also on a grid that stays in the undeformed rod."""
     s = case.build(case.read(compose("taylor_anvil", method, basis, resolution=2)))
     before = PROBLEM().adaptive_step(s)(s)
+    wave, faster = wave_speed(s.material), PROBLEM(speed=1000.0).adaptive_step(s)(s)
+    assert before / faster == pytest.approx((wave + 1000.0) / (wave + PROBLEM.speed))
     s.particles.F[:] *= 0.5
     assert PROBLEM().adaptive_step(s)(s) == pytest.approx(shorter * before)
     inside = np.array([PROBLEM.length, PROBLEM.radius, PROBLEM.radius])
