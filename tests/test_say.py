@@ -53,3 +53,11 @@ def test_everything_is_printed_in_one_place():
             ):
                 found.append(str(file.relative_to(PACKAGE)))
     assert found == ["say.py"]
+
+
+def test_an_error_relative_to_a_zero_field_is_not_a_number():
+    """The exact stress of a patch is zero up to round-off: a thousand million million times that says nothing."""
+    assert display.of_the_field(0.012) == "  (0.012 of the field)"
+    for relative in (1.01e13, float("nan"), float("inf")):
+        assert display.of_the_field(relative) == "  (the exact field is zero)"
+    assert display.of_the_field(0.0) == ""

@@ -13,7 +13,7 @@ from mpmbench.settings.trees import dotted
 from mpmbench.settings.words import in_yaml
 
 if TYPE_CHECKING:
-    from mpmbench.report.matrix import Field
+    from mpmbench.report.front import Field
 
 KEYS = ("problem", "error", "results", "pages")
 USAGE = "choose: problem=NAME error=NUMBER is needed, or pages=FOLDER; results=FOLDER says where runs are"
@@ -32,7 +32,7 @@ def main(arguments: list[str]) -> int:
         raise BadInput(USAGE)
     folder = Path(given.get("results", "results/matrix"))
     results_in("choose", folder)
-    from mpmbench.report import matrix, matrix_pages
+    from mpmbench.report import front, matrix_pages
     from mpmbench.results.records import read_campaign
 
     campaign = read_campaign(folder)
@@ -40,7 +40,7 @@ def main(arguments: list[str]) -> int:
         for page in matrix_pages.write(campaign, Path(given["pages"])):
             say(f"report: {page}")
         return 0
-    error, everything = number(given["error"]), matrix.fields_of(campaign)
+    error, everything = number(given["error"]), front.fields_of(campaign)
     asked = [field for field in everything if matrix_pages.base(field) == given["problem"]]
     if not asked:
         known = ", ".join(sorted({matrix_pages.base(field) for field in everything})) or "none"

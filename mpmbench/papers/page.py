@@ -13,9 +13,10 @@ from mpmbench.report import style, tables
 from mpmbench.report.claims import OPEN, PARTLY, UNDECIDED, claims_table, set_ups_table
 from mpmbench.report.evidence import MissingRuns
 from mpmbench.report.names import safe_name
-from mpmbench.report.page import Picture, Writer, facts, template
+from mpmbench.report.page import facts, template
 from mpmbench.report.series import studies
 from mpmbench.report.tables import Table
+from mpmbench.report.writer import Picture, Writer
 
 NOT_COMMITTED = "index.html\nfiles.txt\nfigures/*.pdf\nfigures/*.png\ntables/*.md\n"
 

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from mpmbench.report.series import BASIS_NAMES, METHOD_NAMES, Series, Study
-from mpmbench.results.differences import sentences
+from mpmbench.results import differences
 
 SAME = 0.01  # largest relative difference, at any level, of curves that coincide
 
@@ -53,15 +53,21 @@ def caption(study: Study, quantity: str, figure: Figure) -> str:
         parts += ["Triangles show slopes."] if figure.axes[0].patches else []
     if any(entry.startswith("failed") for entry in legend):
         parts.append("Crosses: runs that failed; they enter no fit.")
+    return " ".join([*parts, *sentences(study, quantity)])
+
+
+def sentences(study: Study, quantity: str) -> list[str]:
+    """Which curves coincide."""
+    found = []
     for group in coinciding(study, quantity):
         *first, last = (one.label for one in group)
-        parts.append(f"{'; '.join(first)} and {last} coincide (within 1 % at all levels).")
-    return " ".join(parts)
+        found.append(f"{'; '.join(first)} and {last} coincide (within 1 % at all levels).")
+    return found
 
 
 def differing(study: Study) -> str:
     """In what the curves differ besides method, basis and what is swept; nothing if in nothing."""
-    found = sentences(study.differences, METHOD_NAMES | BASIS_NAMES)
+    found = differences.sentences(study.differences, METHOD_NAMES | BASIS_NAMES)
     if not found:
         return ""
     return f"The curves differ in more than what is swept. {'; '.join(found)}."

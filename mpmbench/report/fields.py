@@ -45,26 +45,30 @@ class Field:
 
     def limits(self) -> tuple[float, float]:
         """Ends of the colours: of all instants, without the outermost hundredth at either end."""
-        found = self.values[np.isfinite(self.values)]
-        if self.exact is not None:
-            found = np.append(found, self.exact[np.isfinite(self.exact)])
-        if not len(found):
-            return 0.0, 1.0
-        low, high = (float(one) for one in np.percentile(found, ROBUST))
-        if high - low <= ROUNDING * max(abs(low), abs(high)):  # one value nearly everywhere
-            low, high = float(found.min()), float(found.max())
-        size = max(abs(low), abs(high))
-        if high - low <= ROUNDING * size:  # it is the same everywhere
-            return (low - 0.5 * size, high + 0.5 * size) if size > 0.0 else (0.0, 1.0)
-        if 0.0 < low < FROM_ZERO * high:
-            low = 0.0
-        return low, high
+        exact = np.zeros(0) if self.exact is None else self.exact.ravel()
+        return robust(np.concatenate([self.values.ravel(), exact]))
 
     def beyond(self, limits: tuple[float, float]) -> str:
         """At which ends of a colour bar there are values beyond: as matplotlib's `extend`."""
         with np.errstate(invalid="ignore"):
             below, above = (self.values < limits[0]).any(), (self.values > limits[1]).any()
         return ("neither", "min", "max", "both")[int(below) + 2 * int(above)]
+
+
+def robust(values: np.ndarray) -> tuple[float, float]:
+    """Ends of the colours of some values, shape (n,), without the outermost hundredth at either end."""
+    found = values[np.isfinite(values)]
+    if not len(found):
+        return 0.0, 1.0
+    low, high = (float(one) for one in np.percentile(found, ROBUST))
+    if high - low <= ROUNDING * max(abs(low), abs(high)):  # one value nearly everywhere
+        low, high = float(found.min()), float(found.max())
+    size = max(abs(low), abs(high))
+    if high - low <= ROUNDING * size:  # it is the same everywhere
+        return (low - 0.5 * size, high + 0.5 * size) if size > 0.0 else (0.0, 1.0)
+    if 0.0 < low < FROM_ZERO * high:
+        low = 0.0
+    return low, high
 
 
 def arrays_of(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:

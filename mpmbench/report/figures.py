@@ -15,6 +15,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullForma
 from mpmbench.analysis.estimate import OrderEstimate, slopes_text
 from mpmbench.report import style
 from mpmbench.report.coincide import depths
+from mpmbench.report.curves import named
 from mpmbench.report.names import drawn
 from mpmbench.report.series import BASIS_NAMES, METHOD_NAMES, Series, Study, variant_name
 from mpmbench.report.triangles import slope_triangles
@@ -56,7 +57,8 @@ def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
             label += f": {slopes_text(orders[one.label])}"
         look = style.line(one.method, one.basis, one.rank)
         look |= style.beneath(look, under.get(one.label, 0))
-        handles += axes.loglog(curve.index, curve, label=label, **look)
+        (line,) = axes.loglog(curve.index, curve, label=label, **look)
+        handles.append(named(line, study.series.index(one)))
     if quantity == "error_displacement_rms" and study.axis.power is not None:
         handles += _temporal_floor(axes, study)
     if study.axis.power is not None:
@@ -67,7 +69,7 @@ def convergence(study: Study, quantity: str, orders: Orders) -> Figure | None:
         axes.set_ylim(low, high * (high / low) ** 0.09)
     handles += failed
     log_ticks(axes.yaxis)
-    _ticks_at_values(axes, study.values())
+    ticks_at_values(axes, study.values())
     axes.set(xlabel=drawn(study.axis.label), ylabel=drawn(quantity_label(study, quantity)))
     _legend_below(figure, handles, shown)
     return figure
@@ -93,7 +95,8 @@ def work_precision(
     for one in shown:
         runs = _timed(one, quantity, clock, exclusive)
         look = style.line(one.method, one.basis, one.rank)
-        handles += axes.loglog(runs[clock], runs[quantity], label=one.name, **look)
+        (line,) = axes.loglog(runs[clock], runs[quantity], label=one.name, **look)
+        handles.append(named(line, study.series.index(one)))
     log_ticks(axes.xaxis, span=100.0)
     log_ticks(axes.yaxis)
     axes.set(xlabel=TIMES[clock], ylabel=drawn(quantity_label(study, quantity)))
@@ -115,14 +118,17 @@ def quantity_label(study: Study, quantity: str) -> str:
     is_error = quantity.startswith("error_")
     if quantity.endswith("_relative"):
         return f"relative RMS {words} error"
-    unit = re.sub(
-        r"(?<=[A-Za-z])(?=\d)", "^", study.campaign.units.get(quantity, "").replace(" s-1", "/s")
-    )
     name = f"RMS {words} error" if is_error else words.removeprefix("n ")
     norm = re.fullmatch(r"error_(.+)_l([12])_max", quantity)
     if norm:
         name = f"largest {norm[1].replace('_', ' ')} error in L{norm[2]}"
-    return f"{name} [{unit}]" if unit not in ("", "1") else name
+    return in_units(name, study.campaign.units.get(quantity, ""))
+
+
+def in_units(words: str, unit: str) -> str:
+    """Words and unit: ``momentum [kg m/s]`` of ``kg m s-1``; without one where it is a plain number."""
+    unit = re.sub(r"(?<=[A-Za-z])(?=\d)", "^", unit.replace(" s-1", "/s"))
+    return f"{words} [{unit}]" if unit not in ("", "1") else words
 
 
 def wrapped(label: str, width: int) -> str:
@@ -270,7 +276,7 @@ def log_ticks(axis: Axis, span: float = 20.0) -> None:
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
-def _ticks_at_values(axes: Axes, values: list[float]) -> None:
+def ticks_at_values(axes: Axes, values: list[float]) -> None:
     """Ticks of the swept axis at its values; when they are many, at every second and so on."""
     room = 8 if all(len(f"{value:g}") <= 4 for value in values) else 5
     kept = values[:: -(-len(values) // room) or 1]

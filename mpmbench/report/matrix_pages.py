@@ -4,9 +4,9 @@ from io import BytesIO
 from pathlib import Path
 
 from mpmbench.report import matrix, style
-from mpmbench.report.matrix import Entry, Field
-from mpmbench.report.page import Writer
+from mpmbench.report.front import Entry, Field, fields_of
 from mpmbench.report.tables import Cell, Table, number_text
+from mpmbench.report.writer import Writer
 from mpmbench.results.records import Campaign
 
 # What users ask, and the problems that answer it.
@@ -24,7 +24,7 @@ COMMAND = "python -m mpmbench experiments=matrix && python -m mpmbench choose pa
 
 def write(campaign: Campaign, target: Path) -> list[Path]:
     """Write ``matrix/README.md`` and ``which_method/README.md`` below `target` and return their places."""
-    fields = matrix.fields_of(campaign)
+    fields = fields_of(campaign)
     entries = {field.problem: field.entries() for field in fields}
     page, answers = Writer(target / "matrix"), Writer(target / "which_method")
     with style.applied():

@@ -6,14 +6,15 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from mpmbench.report import style
+from mpmbench.report.fields import robust
 from mpmbench.report.figures import name_axes, tiles, wrapped
+from mpmbench.report.levels import finest_runs
 from mpmbench.report.series import Series, Study
 
-MOST_PANELS = 12
 TITLE_WIDTH = 26  # characters
-MOST_PARTICLES = 20000  # of all panels together, for the choice of the resolution
 VECTOR_POINTS = 1500  # more points than this are drawn as an image inside the figure
 # Scalars of particles that maps can show, by their names in results.
 SCALARS = {
@@ -22,6 +23,7 @@ SCALARS = {
     "pressure": "pressure [Pa]",
     "temperature": "temperature [K]",
 }
+MAPS = {"stress": "stress component 11 [Pa]"} | SCALARS
 FIELDS = ("position", "position_initial", "stress", "stress_exact", *SCALARS)
 
 
@@ -52,35 +54,12 @@ class Field:
 
 
 def final_fields(study: Study) -> tuple[float, list[Field]]:
-    """Last snapshots at the finest value that most curves share, and that value.
+    """Last snapshots of runs as by `finest_runs`, and the value of the axis there.
 
-    Failed runs and files without snapshots are left out.
+    Files without snapshots are left out.
     """
-    finest: dict[float, list[tuple[Series, str, float]]] = {}
-    for one in study.series:
-        for file, row in one.ok.drop_duplicates("axis_value").iterrows():
-            particles = float(row.get("n_particles", 0.0))
-            finest.setdefault(float(row.axis_value), []).append((one, str(file), particles))
-    if not finest:
-        return float("nan"), []
-    power = study.axis.power or -1
-    affordable = {
-        v: g for v, g in finest.items() if sum(p for *_, p in g if np.isfinite(p)) <= MOST_PARTICLES
-    }
-    choice = affordable or {min(finest): finest[min(finest)]}
-    most = max(len(group) for group in choice.values())
-    value = min(
-        (v for v, group in choice.items() if len(group) == most),
-        key=lambda v: v if power > 0 else -v,
-    )
-    shown: dict[tuple[str, str], int] = {}
-    candidates: list[tuple[int, int, Series, str]] = []
-    for one, file, _ in choice[value]:  # every method and basis before the second variant of any
-        turn = shown[one.method, one.basis] = shown.get((one.method, one.basis), -1) + 1
-        candidates.append((turn, len(candidates), one, file))
-    first = sorted(candidates, key=lambda entry: entry[:2])[:MOST_PANELS]
-    kept = sorted(first, key=lambda entry: entry[1])
-    fields = [_field(study, one, file) for _, _, one, file in kept]
+    value, runs = finest_runs(study)
+    fields = [_field(study, one, file) for one, file in runs]
     return value, [field for field in fields if field is not None]
 
 
@@ -161,6 +140,8 @@ def particle_map(fields: list[Field], name: str = "stress") -> Figure | None:
             for one in fields
             if name in one.scalars
         ]
+        if not any(np.ptp(one.stress) > 0.0 for one in fields):
+            return None  # the same everywhere: there is nothing to be seen
     if not fields:
         return None
     figure, axes_of = _panels(fields, height=1.45)
@@ -183,21 +164,27 @@ def particle_map(fields: list[Field], name: str = "stress") -> Figure | None:
         axes.grid(False)
     look: dict[str, Any] = {"shrink": 0.8, "aspect": 30, "location": "top", "extend": "both"}
     places = [axes for _, axes in axes_of]
-    figure.colorbar(drawn, ax=places, label=SCALARS.get(name, r"stress $\sigma_{11}$ [Pa]"), **look)
+    bar = figure.colorbar(drawn, ax=places, label=MAPS[name], **look)
+    bar.locator = MaxNLocator(4)  # room for numbers such as -20000
+    bar.formatter = ScalarFormatter()
+    bar.formatter.set_powerlimits((-3, 5))
+    bar.update_ticks()
     name_axes(figure, "position $x_1$ [m]", "position $x_2$ [m]")
     return figure
 
 
 def _colour_range(fields: list[Field]) -> tuple[float, float, bool]:
-    """Stresses of the two ends of the colours [Pa], the same for all panels, and whether 0 lies within.
+    """Values of the two ends of the colours, the same for all panels, and whether 0 lies within.
 
-    They are those of the exact solution; where that is constant, those that were computed.
+    They are those of the exact solution; where that is constant or unknown, those that were computed,
+    without the outermost hundredth at either end.
     """
-    exact = np.concatenate([f.stress if f.exact is None else f.exact for f in fields])
-    every = exact if np.ptp(exact) else np.concatenate([field.stress for field in fields])
-    low, high = float(every.min()), float(every.max())
-    if low == high:
-        low, high = low - 1.0, high + 1.0
+    exact = [field.exact for field in fields if field.exact is not None]
+    known = np.concatenate(exact) if len(exact) == len(fields) else np.zeros(1)
+    if np.ptp(known):
+        low, high = float(known.min()), float(known.max())
+    else:
+        low, high = robust(np.concatenate([field.stress for field in fields]))
     if not low < 0 < high:
         return low, high, False
     return -max(-low, high), max(-low, high), True

@@ -11,6 +11,7 @@ from mpmbench.analysis.convergence import estimate_order
 from mpmbench.analysis.estimate import OrderEstimate
 from mpmbench.report.style import BASIS_MARKERS, METHOD_COLOURS
 from mpmbench.results.differences import Difference, differences
+from mpmbench.results.quantities import ZERO_FIELD
 from mpmbench.results.records import Campaign
 
 PREFERRED_AXES = ("resolution", "time_step", "particles_per_cell")
@@ -66,7 +67,7 @@ class Axis:
     power: int | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Series:
     """One curve: one method, basis and variant; its runs sorted from coarse to fine.
 
@@ -129,6 +130,12 @@ class Study:
     def longest(self) -> int:
         """Most values along the axis that one curve has."""
         return max(one.runs.axis_value.nunique() for one in self.series)
+
+    def varying(self) -> list[str]:
+        """Further keys that have several values with one method and basis, those of the material last."""
+        settings = self.campaign.settings.loc[self.runs.index]
+        usual = ("resolution", "time_step")
+        return [key for key in _varying_keys(self.runs, settings) if key not in usual]
 
     def values(self) -> list[float]:
         """All values along the axis, coarse to fine."""
@@ -290,15 +297,25 @@ def choice_name(key: str, value: Any) -> str:
 
 def setting_name(key: str, value: Any) -> str:
     """``degree 3``, ``time step 1e-05 s``, ``mass consistent``."""
-    last = key.split(".")[-1]
-    if value is None or (isinstance(value, float) and np.isnan(value)):
-        text = "default"
-    elif isinstance(value, bool):
-        text = "on" if value else "off"
-    else:
-        text = f"{value:g}" if isinstance(value, (int, float)) else str(value).replace("_", " ")
+    last, text = key.split(".")[-1], setting_text(value)
     unit = f" {UNITS[last]}" if last in UNITS and text != "default" else ""
     return f"{last.replace('_', ' ')} {text}{unit}"
+
+
+def setting_text(value: Any) -> str:
+    """The value of a setting as it is shown."""
+    if value is None or (isinstance(value, float) and np.isnan(value)):
+        return "default"
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    return f"{value:g}" if isinstance(value, (int, float)) else str(value).replace("_", " ")
+
+
+def setting_label(key: str) -> str:
+    """``end time [s]`` of a key, as the head of a column."""
+    last = key.split(".")[-1]
+    words = last.replace("_", " ")
+    return f"{words} [{UNITS[last]}]" if last in UNITS else words
 
 
 def floor_of(series: Series) -> float | None:
@@ -342,8 +359,8 @@ def field_scale(campaign: Campaign, runs: pd.DataFrame, quantity: str) -> float 
     of the material: a strain of one.
     """
     relative = runs.get(f"{quantity.removesuffix('_rms')}_relative")
-    if relative is not None and (relative > 0).any():
-        return float((runs[quantity] / relative)[relative > 0].median())
+    if relative is not None and (some := (relative > 0) & (relative < ZERO_FIELD)).any():
+        return float((runs[quantity] / relative)[some].median())
     if quantity.startswith("error_stress"):
         settings = campaign.settings.loc[runs.index]
         moduli = [key for key in settings if key.endswith("_modulus")]

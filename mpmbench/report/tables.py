@@ -13,16 +13,25 @@ import pandas as pd
 from mpmbench.analysis.estimate import OrderEstimate, asymptotic_text, numbers_text, slopes_text
 from mpmbench.report.figures import quantity_label
 from mpmbench.report.names import safe_name
-from mpmbench.report.series import Series, Study
+from mpmbench.report.series import Series, Study, setting_label, setting_text
 from mpmbench.results.cells import csv_cell
+from mpmbench.results.quantities import OF_BASES
 
 OVERVIEW = (
     "error_displacement_rms",
     "error_stress_rms",
     "error_velocity_rms",
     "energy_drift",
+    "energy_imbalance",
     "momentum_drift",
 )
+MEANINGS = {
+    "energy_drift": "Energy drift: the largest |kinetic + strain + dissipated + contact energy - work from "
+    "outside - initial energy|, over the larger of the initial energy and the largest kinetic one; it is "
+    "large, and says little, of a body that is loaded slowly.",
+    "energy_imbalance": "Energy imbalance: the same without what the method is known to dissipate.",
+    "momentum_drift": "Momentum drift: the largest change of momentum, which loads and supports change too.",
+}
 COUNTS = ("steps", "n_particles", "n_nodes", "n_cell_crossings")
 COSTS = ("solver_time", "solver_cpu_time", "compile_time", "wall_time", "peak_memory")
 LATEX = {character: "\\" + character for character in "&%_#${}"} | {
@@ -231,7 +240,9 @@ def failures(study: Study) -> Table:
 def all_runs(study: Study) -> Table:
     """Every run with its numbers and its file: where each number of the report comes from."""
     labels = _labels(study)
-    quantities = [name for name in (*OVERVIEW, *COUNTS, *COSTS) if name in study.runs]
+    known = [name for name in (*OVERVIEW, *COUNTS, *sorted(OF_BASES), *COSTS) if name in study.runs]
+    quantities = [name for name in known if np.isfinite(study.runs[name].astype(float)).any()]
+    varying = study.varying()
     others = [file for file in study.runs.index if file not in labels]
     rows = []
     for file in (*labels, *others):
@@ -240,6 +251,7 @@ def all_runs(study: Study) -> Table:
             [
                 labels.get(file, ""),
                 *(float(row.resolution), float(row.time_step)),
+                *(setting_text(study.campaign.settings.at[file, key]) for key in varying),
                 *(Cell(float(row[name]), (str(file),)) for name in quantities),
                 row.timing_context,
                 row.status.replace("_", " "),
@@ -247,9 +259,11 @@ def all_runs(study: Study) -> Table:
             ]
         )
     names = [quantity_label(study, name) for name in quantities]
-    columns = ["curve", "cells", "time step [s]", *names, "timing", "status", "file"]
-    numeric = range(1, 3 + len(quantities))
-    return Table(f"{safe_name(study.problem)}-runs", "All runs", columns, rows, numeric=numeric)
+    settings = [setting_label(key) for key in varying]
+    columns = ["curve", "cells", "time step [s]", *settings, *names, "timing", "status", "file"]
+    numeric = range(1, 3 + len(varying) + len(quantities))
+    note = " ".join(text for name, text in MEANINGS.items() if name in quantities)
+    return Table(f"{safe_name(study.problem)}-runs", "All runs", columns, rows, note, numeric)
 
 
 def _labels(study: Study) -> dict[Any, str]:

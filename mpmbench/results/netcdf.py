@@ -5,6 +5,7 @@ Nothing else opens result files.
 
 import threading
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -18,6 +19,16 @@ from mpmbench.results.timings import UNITS
 
 Taken = TypeVar("Taken")
 Scalar = tuple[float, dict[str, str]]  # value, and its units and long name as far as it has them
+
+
+@dataclass(frozen=True)
+class History:
+    """A series over time and its unit."""
+
+    values: np.ndarray
+    unit: str
+
+
 _one_at_a_time = threading.Lock()  # the HDF5 library crashes when two threads read
 HEADERS = 2**16  # bytes that a file holds besides its arrays, about
 
@@ -109,6 +120,20 @@ def read_arrays(path: Path, wanted: Iterable[str]) -> dict[str, np.ndarray]:
     def take(file: netCDF4.Dataset) -> dict[str, np.ndarray]:
         known = layout.variables_of(file)
         return {name: known[name][...] for name in wanted if name in known}
+
+    return _read(path, take)[1]
+
+
+def read_histories(path: Path) -> dict[str, History]:
+    """Numbers over the time of a result file by name, ``time`` among them; raises like `read_attributes`."""
+
+    def take(file: netCDF4.Dataset) -> dict[str, History]:
+        found = {}
+        for name, variable in layout.variables_of(file).items():
+            if variable.dimensions == ("time",) and layout.is_numeric(variable):
+                unit = variable.getncattr("units") if "units" in variable.ncattrs() else ""
+                found[name] = History(np.asarray(variable[...], dtype=float), unit)
+        return found
 
     return _read(path, take)[1]
 

@@ -11,7 +11,14 @@ import pandas as pd
 
 from mpmbench.results.bookkeeping import with_later
 from mpmbench.results.layout import KINDS
-from mpmbench.results.netcdf import Damaged, Scalar, read_arrays, read_scalars
+from mpmbench.results.netcdf import (
+    Damaged,
+    History,
+    Scalar,
+    read_arrays,
+    read_histories,
+    read_scalars,
+)
 from mpmbench.results.timings import load_of
 from mpmbench.settings.trees import dotted
 
@@ -81,6 +88,10 @@ class Campaign:
     def variables(self, file: str, wanted: Iterable[str]) -> dict[str, np.ndarray]:
         """Those of the wanted variables that the file has, loaded; snapshots keep their first axis."""
         return read_arrays(self.folder / file, wanted)
+
+    def histories(self, file: str) -> dict[str, History]:
+        """The series over time of a file, ``time`` among them."""
+        return read_histories(self.folder / file)
 
     @property
     def unverified(self) -> list[str]:

@@ -18,7 +18,7 @@ import netCDF4
 import pytest
 
 from mpmbench import papers
-from mpmbench.report import build, page
+from mpmbench.report import build, page, writer
 from mpmbench.results import digest
 from mpmbench.results.records import read_campaign
 from tests.report.conftest import make_run
@@ -182,7 +182,7 @@ def test_the_browser_would_notice(tmp_path, browser, counts):
 
 @pytest.mark.parametrize("kind", ("campaign", "paper"))
 def test_hostile_values_run_nothing(tmp_path, monkeypatch, browser, counts, kind):
-    monkeypatch.setattr(page, "FORMATS", {"svg": page.FORMATS["svg"]})
+    monkeypatch.setattr(writer, "FORMATS", {"svg": writer.FORMATS["svg"]})
     target = tmp_path / "here" / "report"
     if kind == "campaign":
         results = tmp_path / "here"

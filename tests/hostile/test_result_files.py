@@ -20,7 +20,7 @@ import pytest
 
 import mpmbench
 from mpmbench.cli import main
-from mpmbench.report import page
+from mpmbench.report import writer as files
 from mpmbench.results import netcdf
 from mpmbench.runs.process import isolation, worker
 from mpmbench.runs.sweep import execute
@@ -57,13 +57,13 @@ Change = Callable[[netCDF4.Dataset], None]
 @pytest.fixture(autouse=True)
 def _quick(monkeypatch) -> None:
     """Nothing is computed, and the figures of one folder in ten are drawn, in one format."""
-    draw = page.Writer.picture
+    draw = files.Writer.picture
     blank = markupsafe.Markup("<svg></svg>")
 
-    def picture(writer: page.Writer, name: str, title: str, caption: str, figure: Any) -> Any:
+    def picture(writer: files.Writer, name: str, title: str, caption: str, figure: Any) -> Any:
         if writer.target.parent.name.endswith("0"):
             return draw(writer, name, title, caption, figure)
-        return page.Picture(name, title, caption, blank)
+        return files.Picture(name, title, caption, blank)
 
     def enough(*arguments: Any, **named: Any) -> None:
         raise BadInput("this is far enough")
@@ -71,8 +71,8 @@ def _quick(monkeypatch) -> None:
     monkeypatch.setattr(execute, "reasons_against", enough)
     monkeypatch.setattr(execute, "run", enough)
     monkeypatch.setattr(isolation.processes, "warm_up", lambda: None)
-    monkeypatch.setattr(page.Writer, "picture", picture)
-    monkeypatch.setattr(page, "FORMATS", {"svg": page.FORMATS["svg"]})
+    monkeypatch.setattr(files.Writer, "picture", picture)
+    monkeypatch.setattr(files, "FORMATS", {"svg": files.FORMATS["svg"]})
 
 
 def said(words: list[str], wrong: Counter[str]) -> str:

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mpmbench.report import coincide, figures, profiles, style
+from mpmbench.report import coincide, figures, levels, profiles, style
 from mpmbench.report.series import order_of, studies
 from mpmbench.results.records import read_campaign
 
@@ -216,7 +216,7 @@ def test_profiles_of_many_variants_show_every_method(tmp_path, write_run):
     (study,) = studies(read_campaign(tmp_path))
     _, fields = profiles.final_fields(study)
     assert {field.series.method for field in fields} == {"mpm", "otm"}
-    assert len(fields) == profiles.MOST_PANELS
+    assert len(fields) == levels.MOST_PANELS
 
 
 def test_plane_problem_has_a_line_and_a_map(tmp_path, write_run):
@@ -279,7 +279,8 @@ def test_maps_of_a_constant_exact_stress_share_their_colours(tmp_path, write_run
     for cloud in clouds:
         low, high = cloud.get_clim()
         assert low < high
-        assert np.all((cloud.get_array() >= low) & (cloud.get_array() <= high))
+        within = (cloud.get_array() >= low) & (cloud.get_array() <= high)
+        assert np.mean(within) > 0.95  # all but the outermost hundredth at either end of all values
 
 
 @pytest.mark.parametrize("layout", ["grid", "scattered"])

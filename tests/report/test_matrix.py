@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mpmbench.report import matrix, matrix_pages, page
+from mpmbench.report import front, matrix_pages, page
 from mpmbench.results.records import read_campaign
 
 PROBLEMS = ("bar_fixed_ends", "patch_test", "rigid_motion")
@@ -40,7 +40,7 @@ def campaign(tmp_path: Path, write_run: Any) -> Path:
 
 def test_errors_are_compared_at_equal_cost(campaign: Path) -> None:
     """By 9 s all three have a result: mpm its fine one, otm its coarse one, which is the best."""
-    fields = matrix.fields_of(read_campaign(campaign))
+    fields = front.fields_of(read_campaign(campaign))
     assert [field.problem for field in fields] == sorted(PROBLEMS)
     assert fields[0].cost == 9.0
     found = fields[0].entries()
@@ -57,10 +57,10 @@ def test_errors_are_compared_at_equal_cost(campaign: Path) -> None:
 
 def test_the_sentence_names_who_is_best_up_to_which_cost(campaign: Path) -> None:
     """The runs that no cheaper one equals are mpm at 1 s and otm at 3 and 30 s."""
-    field = matrix.fields_of(read_campaign(campaign))[0]
+    field = front.fields_of(read_campaign(campaign))[0]
     assert [step[1] for step in field.front()] == [1.0, 3.0, 30.0]
     assert field.sentence() == (
-        "MPM, linear is best up to 3 s, OTM, linear beyond; the smallest error is 0.001 m, in 30 s."
+        "MPM, linear is best up to 3 s, OTM, linear beyond; the smallest displacement error is 0.001 m, in 30 s."
     )
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.results.differences import differences, sentences, settings_of
+from mpmbench.results.quantities import ZERO_FIELD, own
 from mpmbench.runs.sweep.execute import Record
 from mpmbench.runs.sweep.plan import Plan
 from mpmbench.say import one_line
@@ -17,23 +18,6 @@ from mpmbench.settings.files import here
 
 SHOW_PROGRESS_AFTER = 1.5  # seconds
 ERRORS = ("displacement", "velocity", "stress")
-# Scalars of every run; what else a run has is what its problem is about, such as a deflection or a
-# run-out.
-COMMON = (
-    *(
-        "steps",
-        "time_reached",
-        "solver_time",
-        "solver_cpu_time",
-        "compile_time",
-        "wall_time",
-        "peak_memory",
-        "n_particles",
-        "n_nodes",
-    ),
-    *("n_cell_crossings", "energy_drift", "momentum_drift"),
-    *(f"error_{name}_{kind}" for name in ERRORS for kind in ("rms", "relative")),
-)
 
 
 def summary(record: Record, total_seconds: float) -> str:
@@ -45,11 +29,11 @@ def summary(record: Record, total_seconds: float) -> str:
         text = _quantity(scalars, f"error_{name}_rms")
         if text:
             relative, _ = scalars.get(f"error_{name}_relative", (0.0, ""))
-            text += f"  ({relative:.3g} of the field)" if relative else ""
+            text += of_the_field(relative)
             lines.append(f"  {name} error".ljust(28) + text)
-    own = [(name.replace("_", " "), name) for name in scalars if name not in COMMON]
+    asked = [(name.replace("_", " "), name) for name in own(scalars)]
     more = (("energy drift", "energy_drift"), ("steps", "steps"), ("time reached", "time_reached"))
-    for label, name in (*own, *more):
+    for label, name in (*asked, *more):
         text = _quantity(scalars, name)
         if text and not (name == "time_reached" and record.status == "ok"):
             lines.append(f"  {label} ".ljust(28) + text)
@@ -60,6 +44,14 @@ def summary(record: Record, total_seconds: float) -> str:
     if record.has_traceback and not record.unwritten:
         lines.append("  traceback".ljust(28) + traceback_of(record))
     return "\n".join(lines)
+
+
+def of_the_field(relative: float) -> str:
+    """An error relative to the exact field; where that is zero up to round-off, only this is said."""
+    if not relative:
+        return ""
+    zero = not relative < ZERO_FIELD
+    return "  (the exact field is zero)" if zero else f"  ({relative:.3g} of the field)"
 
 
 def line(record: Record, number: int, total: int) -> str:
