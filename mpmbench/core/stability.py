@@ -41,6 +41,22 @@ def step_of_impact(
     return step
 
 
+def spare_light_nodes(s: State) -> None:
+    """Let nodes of a grid follow their neighbours when they are too light for their stiffness in this step.
+
+    A particle that has just come into a cell gives a node beyond it the mass ``m_i = m_p phi_i`` and
+    the stiffness ``K_i = c^2 m_p |grad phi_i|^2``, about ``c^2 m_p / h^2`` however small phi_i is. The
+    step bears ``dt^2 K_i / m_i < 4``, that is a mass of more than ``(c dt / 2 h)^2`` particles. Particles
+    hardly see a lighter node, but massless points before them do: on a surface they would be
+    thrown about by it, and the forces of contact there, which it gets in full, would throw it.
+    """
+    if s.choices.on_body or s.geometry is None:
+        return
+    wave = max(map(wave_speed, s.bodies.materials))
+    least = (0.5 * wave * s.time_step / s.geometry.nodal_spacing) ** 2
+    s.mass.light_nodes.cutoff = max(s.choices.mass_cutoff, least)
+
+
 def stability_limit(s: State, iterations: int = 60) -> float:
     """Critical time step ``2 / omega_max`` of the leapfrog scheme about the current state [s].
 

@@ -14,6 +14,10 @@ surfaces, which is the distance along n between the points of a and b (particles
 surfaces) that are farthest towards each other among those that see the node, lets them come closer
 until they do; without the correction it is 0. Where a node sees several pairs of bodies, their
 impulses are found together, in no order.
+
+A node at the rim of a body may have next to no mass: impulses on it say nothing, and those of forces
+throw it about. Nodes too light for the step follow their neighbours (`spare_light_nodes` in
+`mpmbench.core.stability`, which says how light), hand them their mass and forces, and are in no pair.
 """
 
 from collections.abc import Sequence
@@ -31,7 +35,8 @@ from mpmbench.core.errors import NotApplicable, NotConverged
 from mpmbench.core.particles import SEEN
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
-from mpmbench.core.state import State
+from mpmbench.core.stability import spare_light_nodes
+from mpmbench.core.state import Nodes, State
 
 TOLERANCE = 1e-13  # of velocities, over the largest one
 MOST_ITERATIONS = 10_000
@@ -79,20 +84,22 @@ class FieldsInContact(Contact):
         self.reach = np.zeros(len(s.nodes.m))
         self.impulse = np.zeros((0, s.nodes.v.shape[1]))
 
+    def push(self, s: State) -> None:
+        spare_light_nodes(s)
+
     def hold(self, s: State, dt: float) -> float:
         n, p = s.nodes, s.particles
         common = self.common(s)
         if not common:
             return 0.0
-        self.wanted[:] = False
-        for _, _, a, b in common:
-            self.wanted[a] = self.wanted[b] = True
-        box = around(s.basis.nodes[self.wanted], s)
+        own = np.unique(np.concatenate([side for *_, a, b in common for side in (a, b)]))
+        self.wanted[:], self.wanted[own] = False, True
+        box = around(s.basis.nodes[own], s)
         mass_gradients(s.basis.handle, p.x, p.m, *box, self.wanted, self.gradient)
-        outwards = self.gradient / lengths(self.gradient)
+        self.gradient[own] /= lengths(self.gradient[own])
         sides = []
         for one, other, a, b in common:
-            normal = outwards[a] - outwards[b]
+            normal = self.gradient[a] - self.gradient[b]
             normal /= lengths(normal)
             allowed = np.zeros(len(a))
             if self.corrected:
@@ -100,13 +107,7 @@ class FieldsInContact(Contact):
             sides.append((a, b, normal, allowed))
         a, b, normal, allowed = (np.concatenate(part) for part in zip(*sides, strict=True))
         change = Pairs(a, b, normal, allowed, n.m).impulses(n.v, self.friction)
-        before = n.v[self.wanted].copy()
-        np.add.at(n.v, b, change / n.m[b, None])
-        np.subtract.at(n.v, a, change / n.m[a, None])
-        n.v[s.fixed & self.wanted[:, None]] = before[s.fixed[self.wanted]]
-        n.a[self.wanted] += (n.v[self.wanted] - before) / dt
-        mean = 0.5 * (n.v + n.v_last)
-        return float(np.sum(change * (mean[b] - mean[a])))
+        return exchange(n, s.fixed, a, b, change, dt)
 
     def common(self, s: State) -> list[tuple[int, int, np.ndarray, np.ndarray]]:
         """Pairs of bodies, and the numbers of the nodes that both have a mass at, in either field."""
@@ -186,6 +187,24 @@ class Pairs:
             if np.all(np.abs(change) <= enough * step):
                 return impulse
         raise NotConverged("the impulses between three bodies at a node are not found")
+
+
+def exchange(
+    n: Nodes, fixed: np.ndarray, a: np.ndarray, b: np.ndarray, impulse: np.ndarray, dt: float
+) -> float:
+    """Give impulses [N s], shape (C, dim), to the nodes b and their opposites to the nodes a, where these are free.
+
+    Particles take accelerations, which change with the velocities. The work on the nodes [J] is
+    that at the mean of the velocities before and after the step.
+    """
+    own = np.union1d(a, b)
+    before = n.v[own]
+    np.add.at(n.v, b, impulse / n.m[b, None])
+    np.subtract.at(n.v, a, impulse / n.m[a, None])
+    n.v[own] = np.where(fixed[own], before, n.v[own])
+    n.a[own] += (n.v[own] - before) / dt
+    between = 0.5 * (n.v[b] + n.v_last[b] - n.v[a] - n.v_last[a])
+    return float(np.sum(impulse * between))
 
 
 def admissible(impulse: np.ndarray, normal: np.ndarray, friction: float) -> np.ndarray:

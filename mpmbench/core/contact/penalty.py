@@ -12,6 +12,9 @@ order of the bodies does not matter. The force is -dU/dx on the point and shares
 the corners of the facet, and goes to the nodes by their functions there: momentum and angular
 momentum are conserved, and so is the energy with U.
 
+On a grid, points of a surface see nodes that particles have hardly reached. Nodes too light for the
+step follow their neighbours and hand them the forces (`mpmbench.core.stability.spare_light_nodes`).
+
 With friction a point sticks to its facet by a spring of the same stiffness, which slides when its
 force exceeds mu times the normal one.
 """
@@ -32,6 +35,7 @@ from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry.surface import facet_normals
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
+from mpmbench.core.stability import spare_light_nodes
 from mpmbench.core.state import State
 
 
@@ -110,6 +114,7 @@ class SurfaceContact(Contact):
         return middle, radius + self.deepest
 
     def push(self, s: State) -> None:
+        spare_light_nodes(s)
         self._take(s)
         self.nodal_force[:] = 0.0
         if self.find(s, s.time_step):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from mpmbench.core.contact.multi_field import Pairs
+from mpmbench.core.contact.multi_field import Pairs, exchange
+from mpmbench.core.state import Nodes
 from tests.core.contact.checks import SMALL, judge, refusal
 from tests.core.support import run
 
@@ -51,6 +52,24 @@ def test_impulses_satisfy_the_conditions(friction: float, bodies: int) -> None:
     expected = -friction * pressed[slides, None] * sliding[slides] / size
     assert np.allclose(along[slides], expected, atol=1e-8)
     assert np.allclose(m @ v, m @ free, atol=1e-12)
+
+
+def test_all_pairs_accelerate_particles_as_their_nodes() -> None:
+    """Of three bodies in a row the middle one is in two pairs; what is held gets nothing."""
+    n, dt, rng = Nodes.zeros(6, 2), 0.1, np.random.default_rng(1)
+    n.m[:], n.v[:], n.v_last[:] = rng.uniform(0.5, 2.0, 6), *rng.standard_normal((2, 6, 2))
+    fixed = np.zeros((6, 2), dtype=bool)
+    fixed[5, 1] = True
+    before, a, b = n.v.copy(), np.array([0, 1, 2]), np.array([2, 3, 4])
+    impulse = rng.standard_normal((3, 2))
+    work = exchange(n, fixed, a, b, impulse, dt)
+    gained = n.m[:, None] * (n.v - before)
+    assert np.allclose(gained[:5], [*-impulse[:2], impulse[0] - impulse[2], *impulse[1:]])
+    assert np.allclose(n.a, (n.v - before) / dt) and not n.a[5].any()
+    mean = 0.5 * (n.v + n.v_last)
+    assert work == pytest.approx(float(np.sum(gained * mean)))
+    exchange(n, fixed, np.array([4]), np.array([5]), np.ones((1, 2)), dt)
+    assert n.a[5, 1] == 0.0 and n.v[5, 1] == before[5, 1] and n.a[5, 0] > 0.0
 
 
 @pytest.mark.slow

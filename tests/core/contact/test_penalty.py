@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mpmbench import case
 from mpmbench.core.bodies import Part, gather, surface_points
 from mpmbench.core.contact.penalty import Penalty, SurfaceContact
 from mpmbench.core.errors import BrokeDown
@@ -14,6 +15,7 @@ from mpmbench.core.geometry.triangulate import extruded, unit_square
 from mpmbench.core.particles import Particles
 from mpmbench.core.registry import get
 from tests.core.contact.checks import judge
+from tests.core.support import compose, run
 
 
 def two_blocks(dimension: int, friction: float = 0.0) -> tuple[Any, SurfaceContact]:
@@ -109,3 +111,23 @@ def test_a_surface_point_without_functions_goes_with_the_nearest_node() -> None:
     p.x[0] = 1.001, 0.26
     with pytest.raises(BrokeDown):
         basis.locate(p.x)
+
+
+def test_nodes_too_light_for_the_step_follow_their_neighbours() -> None:
+    """Points on surfaces see them as well as heavy ones: a node of a body on a grid needs (c dt / 2 h)^2 particles."""
+    chosen = {"contact": "penalty", "resolution": 2, "time_step": 1e-3}
+    s = case.build(case.read(compose("two_squares", "mpm", "linear", **chosen)))
+    s.time_step = 1e-3
+    s.contact.push(s)
+    speed = np.sqrt(20e6 * 0.7 / (1.3 * 0.4) / 7833.0)
+    assert s.mass.light_nodes.cutoff == pytest.approx((0.5 * speed * 1e-3 / 0.5) ** 2)
+    s.time_step = 1e-9
+    s.contact.push(s)
+    assert s.mass.light_nodes.cutoff == s.choices.mass_cutoff
+
+
+@pytest.mark.slow
+def test_squares_that_meet_head_on_explain_their_energy() -> None:
+    """Corners that crossed into a row of cells without particles had thrown points of the surface about."""
+    found = run("two_squares", "mpm", "linear", contact="penalty")
+    assert float(found.energy_imbalance) < 0.03 and int(found.captured_most) == 0
