@@ -47,7 +47,7 @@ class Choices(Settings):
     mass = "lumped"  # mass matrix, or consistent
     mass_cutoff = 1e-6  # nodes with less than this many particle masses follow their neighbours
     transfer = "flip"  # of velocities between particles and nodes, by its name
-    gradient = "functions"  # derivatives of the functions, or affine
+    gradient = "functions"  # derivatives of the functions, affine or conforming
     traction = "end_point"  # where a point load acts, or last_particle
     dirichlet = "direct"  # boundary points are held by their nodes
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from mpmbench.core.bases import Basis, BasisSettings
 from mpmbench.core.bases.affine import AffineGradients
+from mpmbench.core.bases.conforming import ConformingGradients
 from mpmbench.core.bases.frozen import FrozenBasis
 from mpmbench.core.bases.grid.product import GridBasis, count_crossings
 from mpmbench.core.bodies import Part, audit, gather, owners
@@ -131,6 +132,8 @@ def build_state(
     complete(type(functions), Basis)
     if choices.gradient == "affine":
         functions = AffineGradients(functions, len(p.x))
+    if choices.gradient == "conforming":
+        functions = ConformingGradients(functions)
     reference = functions.nodes.copy()
     functions.follow(p)
     if deformed and body.displacement is not None:

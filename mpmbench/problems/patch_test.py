@@ -21,6 +21,7 @@ from mpmbench.core.geometry.triangulate import (
     seed_triangles,
     triangulation,
 )
+from mpmbench.core.geometry.voronoi import outline, voronoi_cells
 from mpmbench.core.materials import Material
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
@@ -47,6 +48,11 @@ class PatchTest(Problem):
         unit="-",
         least=0.0,
         below=0.5,
+    )
+    particle_layout: str = setting(
+        "triangles",
+        "points of the triangles between nodes, or the nodes with the volumes of their Voronoi cells",
+        options=("triangles", "nodes"),
     )
     random_seed: int = 0
     dimension: ClassVar[int] = 2
@@ -79,6 +85,8 @@ class PatchTest(Problem):
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
         cloud = self._cloud(resolution)
+        if self.particle_layout == "nodes":
+            return cloud.nodes, voronoi_cells(cloud.nodes, outline(cloud.nodes)).volumes
         assert cloud.simplices is not None
         return seed_triangles(cloud.nodes, cloud.simplices, particles_per_cell)
 

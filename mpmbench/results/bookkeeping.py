@@ -24,14 +24,15 @@ LATER: dict[tuple[str, str], dict[str, Any]] = {
     ("problem", "cantilever_dynamic"): {"behind": "room", "length": 4.0, "height": 1.0},
     ("problem", "cantilever_self_weight"): {"length": 8.0, "height": 1.0},
     ("problem", "friction_slope"): {"length": 0.1, "height": 0.05},
+    ("problem", "patch_test"): {"particle_layout": "triangles"},
     ("problem", "rolling_disk"): {"plane": "nodes", "friction": None},
     ("problem", "soil_column"): {"width": 4.0, "height": 2.0},
 }
 # The same for keys of all methods whose time loop is the explicit or the implicit one or derives
 # from it, which those have that have the first key.
 LATER_OF_LOOPS: dict[str, dict[str, Any]] = {
-    "mass_cutoff": {"transfer_order": 2, "gradient": "functions"},
-    "step_halvings": {"volumetric": "standard"},
+    "mass_cutoff": {"transfer_order": 2, "gradient": "functions", "separation": 1.0},
+    "step_halvings": {"volumetric": "standard", "gradient": "functions"},
 }
 # Groups that came later, with the choice that does what was done before.
 LATER_GROUPS: dict[str, dict[str, Any]] = {"contact": {"name": "shared"}}

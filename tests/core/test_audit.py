@@ -13,7 +13,7 @@ def choices(transfer: str, order: int = 2, **more: Any) -> Explicit:
     return Explicit(transfer=transfer, transfer_order=order, mass_cutoff=0.0, **more)
 
 
-@pytest.mark.parametrize("transfer", ("flip", "pic", "apic", "tpic"))
+@pytest.mark.parametrize("transfer", ("flip", "pic", "apic", "asflip", "tpic"))
 def test_angular_momentum(transfer: str) -> None:
     """APIC's is exact, the affine part included; nobody else's with a lumped mass is."""
     drift = audit.spin_drift(choices(transfer), 100)
@@ -63,6 +63,8 @@ def test_noise_that_nodes_cannot_see() -> None:
     """FLIP keeps all of it, a blend loses its share in every step, and the others take it away at once."""
     assert audit.noise_left(choices("flip"), 20) == pytest.approx(1.0, rel=1e-3)
     assert audit.noise_left(choices("blend", flip=0.9), 20) == pytest.approx(0.9**20, rel=1e-3)
+    at_rest = choices("asflip", flip=0.9, separation=0.0)
+    assert audit.noise_left(at_rest, 20) == pytest.approx(0.9**20, rel=1e-3)
     for name in ("pic", "apic", "xpic", "fmpm"):
         assert audit.noise_left(choices(name), 1) < 1e-12
 

@@ -22,7 +22,7 @@ from tests.core.support import compose
 
 registry.load_file(Path(__file__).parents[1] / "plugins/transfers/plain_flipped.py")
 SHORT: dict[str, Any] = {"resolution": 4, "time_step": 1e-4, "end_time": 1e-3}
-NEW = ("apic", "tpic", "xpic", "fmpm")
+NEW = ("apic", "asflip", "tpic", "xpic", "fmpm")
 CHECKS = (
     *("rigid translation", "free fall", "mass and momentum", "angular momentum"),
     *("uniform stretch", "affine fields", "rest"),
@@ -120,6 +120,7 @@ def keep_the_contract(transfer: str, nodes: str, stress_update: str, dimension: 
         ),
         ({"transfer": "tpic", "basis": "linear"}, {"transfer": "apic", "basis": "linear"}),
         ({"transfer": "plain_apic"}, {"transfer": "apic"}),
+        ({"transfer": "asflip", "flip": 0.0}, {"transfer": "apic"}),
         pytest.param(
             {"transfer": "plain_apic", "dimension": 2},
             {"transfer": "apic", "dimension": 2},
@@ -142,6 +143,26 @@ def test_one_step_of_xpic_and_fmpm_on_functions_that_are_updated() -> None:
         ]
         assert difference(*states, "v") < 1e-12
         assert difference(*states, "x") > 1e-9
+
+
+def test_what_asflip_keeps_moves_particles_that_are_not_compressed() -> None:
+    """``v = S v_i + alpha (v - S v_old)``, and places follow by beta of the last part where det F >= exp(-0.001)."""
+    together, apart = (after(3, transfer="asflip", flip=0.9, separation=0.0) for _ in range(2))
+    p, q = together.particles, apart.particles
+    q.V[:2], q.V[2:] = 0.99 * q.V0[:2], q.V0[2:]  # two are compressed, the others follow
+    apart.choices = replace(apart.choices, separation=0.5)
+    before = q.x.copy()
+    apart.transfer.shift(apart, 2.0)
+    assert np.array_equal(q.x[:2], before[:2])
+    assert np.allclose(q.x[2:] - before[2:], q.data["remainder"][2:], rtol=1e-9, atol=1e-15)
+    old, at = p.v.copy(), p.x.copy()
+    together.choices.step(together, loops.TIME_STEP)
+    S = together.basis.evaluate(at).matrix(len(together.basis.nodes))
+    kept = 0.9 * (old - S @ together.nodes.v_old)
+    assert np.abs(kept).max() > 1e-3
+    assert np.allclose(p.data["remainder"], kept, rtol=0.0, atol=1e-12)
+    assert np.allclose(p.v, S @ together.nodes.v + kept, rtol=0.0, atol=1e-12)
+    assert np.allclose(p.x, at + loops.TIME_STEP * S @ together.nodes.v, rtol=0.0, atol=1e-14)
 
 
 def test_more_terms_of_the_series_go_to_the_consistent_mass() -> None:

@@ -42,7 +42,8 @@ def prepare(s: State) -> Workspace:
     size = np.where((p.V0 > 0.0) | (w.ghost is not None), w.phi.size, 0)  # tracers hold nothing
     index = w.phi.index
     if w.held is not None:
-        w.held.phi = s.basis.evaluate(w.held.x)
+        if not s.choices.frozen:
+            w.held.phi = s.basis.evaluate(w.held.x)
         size, index = np.append(size, w.held.phi.size), _stacked(index, w.held.phi.index)
     same = (
         w.pattern is not None

@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from mpmbench.core.bases.conforming import refuse_other_cells
 from mpmbench.core.compiled import threads
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.loads import (
@@ -44,10 +45,22 @@ class Explicit(TimeLoop):
     mass: str = setting("lumped", "mass matrix of the nodes", options=("lumped", "consistent"))
     transfer: str = setting(
         "flip",
-        "of velocities: flip, pic, blend, apic, tpic, xpic, fmpm, position_difference, nodal, or of a plug-in",
+        "of velocities: flip, pic, blend, apic, asflip, tpic, xpic, fmpm, position_difference, nodal, or of a "
+        "plug-in",
     )
     flip: float = setting(
-        1.0, "weight of flip against pic when transfer is blend", unit="-", least=0.0, most=1.0
+        1.0,
+        "weight of flip against pic, or apic, when transfer is blend or asflip",
+        unit="-",
+        least=0.0,
+        most=1.0,
+    )
+    separation: float = setting(
+        1.0,
+        "share of what flip keeps by which places follow too, unless compressed, when transfer is asflip",
+        unit="-",
+        least=0.0,
+        most=1.0,
     )
     stress_update: str = setting(
         "usl",
@@ -71,8 +84,8 @@ class Explicit(TimeLoop):
     )
     gradient: str = setting(
         "functions",
-        "derivatives of the functions, or of the affine field nearest to the nodes as in MLS-MPM",
-        options=("functions", "affine"),
+        "derivatives, those of the nearest affine field as in MLS-MPM, or means over Voronoi cells as in SCNI",
+        options=("functions", "affine", "conforming"),
     )
     velocity_lag: ClassVar[float] = 0.5
     meets_walls: ClassVar[bool] = True
@@ -144,12 +157,14 @@ class Explicit(TimeLoop):
     def check(self, case: Any) -> None:
         """Refuse what `check` below refuses, whatever the case, and affine gradients that are lost on faces."""
         check(self)
-        if case.basis.stands_in and (self.gradient == "affine" or sums_more(self.transfer)):
+        if case.basis.stands_in and (self.gradient != "functions" or sums_more(self.transfer)):
             raise NotApplicable(
                 f"basis={case.basis_name} with other points in the place of its particles is for "
                 "method.gradient=functions and transfers that add nothing to nodal sums of their own, "
                 f"such as flip, pic and blend, given {self.gradient} and {self.transfer}"
             )
+        if self.gradient == "conforming":
+            refuse_other_cells(case)
         if self.gradient == "affine" and not case.basis.promises.continuous_gradient:
             raise NotApplicable(
                 f"method.gradient=affine with basis={case.basis_name}: inside a cell this is the "
@@ -261,6 +276,8 @@ def update_particles(
         velocity = strain = keep = False
     if velocity or strain or position:
         carry(s, dt, Update(velocity, strain, position, keep, flip))
+    if position:
+        s.transfer.shift(s, dt)
 
 
 def carry(s: State, dt: float, update: Update) -> None:

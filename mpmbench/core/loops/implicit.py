@@ -5,6 +5,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from mpmbench.core.bases.conforming import refuse_other_cells
 from mpmbench.core.errors import NotApplicable, NotConverged
 from mpmbench.core.geometry import Box
 from mpmbench.core.loops import TimeLoop
@@ -56,6 +57,11 @@ class ImplicitLoop(TimeLoop):
         "change of volume at each particle, or one for all particles of a cell (f_bar: no locking)",
         options=("standard", "f_bar"),
     )
+    gradient: str = setting(
+        "functions",
+        "derivatives of the functions, or means over Voronoi cells of the particles as in SCNI",
+        options=("functions", "conforming"),
+    )
     residual_tolerance: float = setting(
         1e-8,
         "of Newton's iteration, relative to the external force",
@@ -100,11 +106,13 @@ class ImplicitLoop(TimeLoop):
             raise NotApplicable(
                 f"{loop} finds stress and displacement together: it needs method.stress_update=usl"
             )
-        if self.dirichlet != "direct" and (self.frozen or not self.moving):
+        if self.dirichlet != "direct" and not self.moving:
             raise NotApplicable(
                 f"method.dirichlet={self.dirichlet} holds points of the material: "
-                "it needs method.nodes=moving and method.shape_functions=updated"
+                "it needs method.nodes=moving"
             )
+        if self.gradient == "conforming":
+            refuse_other_cells(case)
         for wall in case.problem.loads(case.material).walls:
             if np.count_nonzero(wall.normal) != 1:
                 raise NotApplicable(f"{loop} needs walls across an axis: turn the axes")

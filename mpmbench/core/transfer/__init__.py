@@ -101,6 +101,9 @@ class Transfer:
         Velocities by `flip_weight` are there and may be changed, and so is the stress of the step.
         """
 
+    def shift(self, s: "State", dt: float) -> None:
+        """Move particles further, when they have followed the nodes for `dt` [s]."""
+
     def spin(self, s: "State") -> np.ndarray:
         """Angular momentum [kg m^2/s], shape (3,), of what particles carry besides their velocity."""
         return np.zeros(3)
