@@ -80,6 +80,8 @@ class GranularCollapse(Collapse):
         if law is not None:
             text = "run_out over that of Lube et al. 2005, less 1"
             out["excess_of_run_out"] = (run_out / law - 1.0, "1", text)
+            text = "absolute value of excess_of_run_out"
+            out["error_run_out"] = (abs(run_out / law - 1.0), "1", text)
         text = "final_height over that of Lube et al. 2005, less 1"
         out["excess_of_height"] = (height / high - 1.0, "1", text)
         return out

@@ -164,9 +164,10 @@ def fields(study: Study) -> Iterator[Field]:
 
 
 def quantity_of(runs: pd.DataFrame) -> str | None:
-    """The error of displacements, or where no run has it the first other error that most runs have."""
+    """The error of displacements, or where no run has it another one that most runs have."""
     count = {name: int(runs[name].notna().sum()) for name in runs if str(name).startswith("error_")}
     if count.get(USUAL):
         return USUAL
-    own = {name: n for name, n in count.items() if n and not str(name).endswith(OTHERS)}
+    some = {name: n for name, n in count.items() if n}
+    own = {name: n for name, n in some.items() if not str(name).endswith(OTHERS)} or some
     return max(own, key=lambda name: own[name]) if own else None

@@ -16,7 +16,7 @@ QUESTIONS = {
     "Large strain along no axis of the grid": ("radial_ring",),
     "Large rotation and shear": ("generalized_vortex", "zalesak_rotation", "cantilever_dynamic"),
     "History-dependent material": ("soil_column", "granular_collapse", "taylor_anvil"),
-    "Contact": ("bouncing_disk", "elastic_rings", "colliding_disks"),
+    "Contact": ("bouncing_disk", "elastic_rings", "colliding_disks", "friction_slope"),
 }
 FIRST = 5  # combinations that a table of the best lists
 COMMAND = "python -m mpmbench experiments=matrix && python -m mpmbench choose pages=reports"

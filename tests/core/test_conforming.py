@@ -61,7 +61,7 @@ def test_cells_that_need_more_neighbours_than_are_looked_up_first() -> None:
 
 @pytest.mark.parametrize("dim", (1, 2))
 def test_gradients_are_integrated_over_the_boundary_alone(dim: int) -> None:
-    """``sum_L V_L grad~ phi_i`` is the integral of ``phi_i n`` over the boundary: zero where phi_i is; derivatives' is not."""
+    """``sum_L V_L grad~ phi_i`` is the integral of ``phi_i n`` over the boundary; that of derivatives is not."""
     basis, nodes = at_nodes(dim), points(dim)
     conforming = basis.evaluate_particles(nodes, np.arange(len(nodes)))
     cells = voronoi_cells(nodes, outline(nodes))

@@ -27,7 +27,7 @@ COMPRESSED = np.exp(-1e-3)  # of det F: below it the authors' program lets no pa
 
 @register("transfer", "asflip")
 class Asflip(Apic):
-    """Affine-augmented separable FLIP, Fei et al. 2021: apic with the weights ``method.flip`` and ``method.separation``.
+    """Affine-augmented separable FLIP, Fei et al. 2021: apic with ``method.flip`` and ``method.separation``.
 
     With ``method.flip=0`` it is APIC. What is given back belongs to no affine field: the angular
     momentum is not exact.
