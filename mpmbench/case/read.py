@@ -77,6 +77,10 @@ def read(config: Config) -> Case:
     problem.check_particles(per_cell)
     complete(type(case.basis), BasisSettings)
     complete(type(case.material), Material)
+    if not choices.moves_particles and not problem.still:
+        raise NotApplicable(
+            f"method={choices.name} moves nothing, and {config['problem']['name']} is about motion"
+        )
     choices.check(case)
     case.basis.check(choices, problem.touches_fixed_nodes)
     if choices.moving and not case.basis.promises.moves:

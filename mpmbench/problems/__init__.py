@@ -37,6 +37,8 @@ class Problem(Settings):
         Number of instants at which history is kept.
     touches_fixed_nodes : bool
         The fixed nodes are not the body's: it meets them on its way.
+    still : bool
+        Nothing moves, as with ``method=evaluate``.
     bends : bool
         Lines of material along the axes do not stay straight and parallel.
     initial_acceleration : str
@@ -48,6 +50,7 @@ class Problem(Settings):
     reference_length: ClassVar[float]
     samples: ClassVar[int] = 200
     touches_fixed_nodes: ClassVar[bool] = False
+    still: ClassVar[bool] = False
     bends: ClassVar[bool] = False
     initial_acceleration: ClassVar[str] = "balance"
 

@@ -52,6 +52,7 @@ class ShapeFunctions(Problem):
     )
     random_seed: int = 0
     dimension: ClassVar[int] = 2
+    still: ClassVar[bool] = True
     reference_length: ClassVar[float] = 10.0
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:

@@ -51,6 +51,7 @@ class MaterialPoint(Problem):
         0.05, "strain at which a cyclic path turns round", unit="-", above=0.0, most=1.0
     )
     dimension: ClassVar[int] = 3
+    still: ClassVar[bool] = True
     reference_length: ClassVar[float] = 1.0
     samples: ClassVar[int] = 100_000  # each step is one of the law
 

@@ -72,6 +72,7 @@ class ShapeFunctions(Problem):
         most=1000,
     )
     random_seed: int = 0
+    still: ClassVar[bool] = True
     reference_length: ClassVar[float] = 1.0
 
     def check_together(self) -> None:
