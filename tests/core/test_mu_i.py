@@ -41,7 +41,7 @@ def test_steady_shear_has_the_friction_of_its_inertial_number(inertial: float) -
 
 
 def test_bagnold_profile_balances_the_weight() -> None:
-    """On a slope of 27 degrees ``u = 2 I / (3 d) sqrt(rho g cos / rho_s) (h^1.5 - (h - y)^1.5)``: tau = rho g sin (h - y)."""
+    """On 27 degrees ``du/dy = I/d sqrt(rho g cos (h - y) / rho_s)``, and the shear stress is ``rho g sin (h - y)``."""
     slope, depth, gravity = math.radians(27.0), 0.1, 9.81
     friction = math.tan(slope)
     slow, fast = (math.tan(math.radians(angle)) for angle in (21.0, 33.0))
@@ -49,7 +49,11 @@ def test_bagnold_profile_balances_the_weight() -> None:
     along, across = (GRAINS.density * gravity * f(slope) for f in (math.sin, math.cos))
     for y in (0.0, 0.05, 0.09):
         # du / dy of the profile
-        rate = inertial / GRAINS.grain_diameter * math.sqrt(across * (depth - y) / GRAINS.grain_density)
+        rate = (
+            inertial
+            / GRAINS.grain_diameter
+            * math.sqrt(across * (depth - y) / GRAINS.grain_density)
+        )
         sigma = sheared(GRAINS, across * (depth - y), rate, 0.01).sigma
         assert sigma[0, 1] == pytest.approx(along * (depth - y), rel=3e-3)
 
