@@ -127,8 +127,13 @@ def quantity_label(study: Study, quantity: str) -> str:
 
 def in_units(words: str, unit: str) -> str:
     """Words and unit: ``momentum [kg m/s]`` of ``kg m s-1``; without one where it is a plain number."""
-    unit = re.sub(r"(?<=[A-Za-z])(?=\d)", "^", unit.replace(" s-1", "/s"))
-    return f"{words} [{unit}]" if unit not in ("", "1") else words
+    shown = unit_text(unit)
+    return f"{words} [{shown}]" if shown else words
+
+
+def unit_text(unit: str) -> str:
+    """``m/s`` of ``m s-1``; nothing of a plain number."""
+    return "" if unit == "1" else re.sub(r"(?<=[A-Za-z])(?=\d)", "^", unit.replace(" s-1", "/s"))
 
 
 def wrapped(label: str, width: int) -> str:

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mpmbench.report import atlas, coincide, front
+from mpmbench.report import atlas, coincide, front, timing
+from mpmbench.report.figures import unit_text
 from mpmbench.report.quantities import last_values, names_of
 from mpmbench.report.series import Study
 from mpmbench.report.tables import number_text
-from mpmbench.report.timing import clock_of, compared
 
 MOST_CAUSES = 4  # of failure that are told one by one
 MOST_QUANTITIES = 4  # of interest that are told; the table has all
@@ -42,13 +42,14 @@ def _best(study: Study) -> Iterator[str]:
 
 def _asked(study: Study) -> Iterator[str]:
     """The range of each quantity of interest at the finest value that most curves share."""
-    for name in names_of(study)[:MOST_QUANTITIES]:
+    compared = front.quantity_of(study.runs)
+    for name in [one for one in names_of(study) if one != compared][:MOST_QUANTITIES]:
         values = last_values(study, name)
         if not values:
             continue
         low, high = min(values, key=values.__getitem__), max(values, key=values.__getitem__)
-        unit = study.campaign.units.get(name, "")
-        unit = "" if unit in ("", "1") else f" {unit}"
+        unit = unit_text(study.campaign.units.get(name, ""))
+        unit = f" {unit}" if unit else ""
         text = name.replace("_", " ")
         if number_text(values[low]) == number_text(values[high]):
             all_of = "" if len(values) == 1 else f" for all {len(values)} curves"
@@ -104,9 +105,9 @@ def _same(study: Study) -> Iterator[str]:
 def times(studies: list[Study]) -> str:
     """A sentence about the costs that all findings name; empty when each run was timed alone and undisturbed."""
     told = []
-    if any(compared(study)[1] == "shared" for study in studies):
+    if any(timing.compared(study)[1] == "shared" for study in studies):
         told.append("the runs were not timed alone")
-    heads = [clock_of(compared(study)[0]).head for study in studies]
+    heads = [timing.clock_of(timing.compared(study)[0]).head for study in studies]
     if any(heads):
         told.append("other work kept the machine busy")
     return f"Costs are indicative only: {' and '.join(told)}." if told else ""

@@ -12,6 +12,7 @@ from matplotlib.patches import Patch, Rectangle
 from mpmbench.report import style
 from mpmbench.report.atlas import COLOURS
 from mpmbench.report.front import Entry, Field
+from mpmbench.report.names import drawn
 from mpmbench.report.tables import Cell, Table, number_text
 from mpmbench.results.records import Campaign
 
@@ -78,8 +79,8 @@ def heat_map(entries: dict[str, dict[str, Entry]]) -> Figure:
     bar = figure.colorbar(image, ax=axes, shrink=0.6, extend="max")
     bar.set_ticks([0.0, 1.0, 2.0], labels=["1", "10", "100"])
     bar.set_label("error over the best at equal cost")
-    axes.set_xticks(range(len(problems)), [one.replace("_", "\n") for one in problems])
-    axes.set_yticks(range(len(names)), names)
+    axes.set_xticks(range(len(problems)), [drawn(one).replace("_", "\n") for one in problems])
+    axes.set_yticks(range(len(names)), [*map(drawn, names)])
     axes.grid(False)
     axes.tick_params(length=0, top=False, right=False, labelsize=6)
     patches = [Patch(color=COLOURS[s], label=s.replace("_", " ")) for s in COLOURS if s in ended]
@@ -98,7 +99,7 @@ def profile(entries: dict[str, dict[str, Entry]], most: int = 10) -> Figure:
         shares = [np.sum(ratios <= factor * (1.0 + 1e-12)) / len(entries) for factor in factors]
         colour = style.PLUGIN_COLOURS[rank % len(style.PLUGIN_COLOURS)]
         line = style.LINE_STYLES[rank // len(style.PLUGIN_COLOURS) % len(style.LINE_STYLES)]
-        axes.semilogx(factors, shares, line, color=colour, label=name)
+        axes.semilogx(factors, shares, line, color=colour, label=drawn(name))
     axes.set(xlabel="factor of the best error at equal cost", ylabel="share of the problems")
     axes.set_ylim(0.0, 1.03)
     figure.legend(loc="outside lower left", ncols=2)

@@ -17,7 +17,7 @@ from mpmbench.analysis.convergence import INTERVAL_MEANING
 from mpmbench.report import style
 from mpmbench.report.findings import times
 from mpmbench.report.names import anchor
-from mpmbench.report.sections import Section, sections_of
+from mpmbench.report.sections import Section, fitted, sections_of
 from mpmbench.report.writer import Writer
 from mpmbench.results.netcdf import unverified
 from mpmbench.results.records import Campaign, read_campaign
@@ -50,7 +50,7 @@ def build(results: Path, output: Path | None = None) -> Path:
     else:
         writer = Writer(Path(output), text=True)
     with style.applied():
-        sections = sections_of(campaign, writer)
+        sections = fitted(sections_of(campaign, writer))
     for section in sections:
         for table in section.tables:
             writer.table(table)
@@ -82,7 +82,7 @@ def _sha256(script: str) -> str:
 
 
 def _unbroken(text: str) -> markupsafe.Markup:
-    parts = re.split(r"(\d+(?:\.\d+)?e-\d+)", text)
+    parts = re.split(r"(-?\d+(?:\.\d+)?e-\d+)", text)
     kept = [markupsafe.Markup('<span class="whole">{}</span>').format(part) for part in parts[1::2]]
     parts[1::2] = kept
     return markupsafe.Markup("").join(parts)

@@ -17,6 +17,9 @@ from mpmbench.report.writer import Picture, Writer
 from mpmbench.results.records import Campaign
 
 ERRORS = ("error_displacement_rms", "error_stress_rms")
+LARGEST = 1_500_000  # signs of all drawings of a page, which is to stay below 2 MB with its tables
+# Drawings that a page with too many of them does without.
+LEAST_TELLING = ("map_pressure", "map_von_mises", "map_", "stress_profile", "histories", "atlas")
 
 
 @dataclass
@@ -54,6 +57,28 @@ def sections_of(campaign: Campaign, writer: Writer) -> list[Section]:
     for study in further_studies(campaign):
         _further(next(one for one in found if one.study.problem == study.problem), study)
     return [_overview(campaign, writer), *found] if matrix.wanted(campaign) else found
+
+
+def fitted(sections: list[Section], most: int = LARGEST) -> list[Section]:
+    """The sections without the drawings for which a page has no room: the least telling go first.
+
+    They stay as files, which the page links.
+    """
+    drawings = [(one, k) for one in sections for k in range(len(one.pictures))]
+    drawings.sort(key=lambda place: _weight(place[0].pictures[place[1]]))
+    room = most - sum(len(one.pictures[k].svg) for one, k in drawings)
+    for section, k in drawings:
+        if room >= 0:
+            break
+        room += len(section.pictures[k].svg)
+        section.pictures[k] = section.pictures[k].left_out
+    return sections
+
+
+def _weight(picture: Picture) -> tuple[int, int]:
+    """How much a page would lose with a drawing; of two that tell as much the larger one goes first."""
+    kinds = [k for k, kind in enumerate(LEAST_TELLING) if f"-{kind}" in picture.name]
+    return kinds[0] if kinds else len(LEAST_TELLING), -len(picture.svg)
 
 
 def _overview(campaign: Campaign, writer: Writer) -> Section:

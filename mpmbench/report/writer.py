@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +18,15 @@ from mpmbench.report.tables import Table
 from mpmbench.results.one_move import in_one_move
 
 FORMATS: dict[str, dict[str, Any]] = {
-    "svg": {"metadata": {"Date": None}},
+    "svg": {"metadata": {"Date": None}, "dpi": 130},  # of what is pixels in it
     "pdf": {"metadata": {"CreationDate": None}},
     "png": {"metadata": {"Software": None}},
 }
 MANIFEST = "files.txt"
+PLACES = re.compile(
+    r'(?<= )(d|x|y|width|height|transform)="[^"]*"'
+)  # attributes that say where something is
+DIGITS = re.compile(r"(\.\d{3})\d+")  # of places: a thousandth of a point is enough
 FONTS = "'DejaVu Sans', Verdana, sans-serif"  # as wide as the one that figures are laid out with
 SCREEN_SCALE = 1.55  # a figure is at most this much larger on the screen than in a journal
 
@@ -48,6 +52,11 @@ class Picture:
     svg: markupsafe.Markup
     curves: Curves = NO_CURVES
     data: str = ""
+
+    @property
+    def left_out(self) -> "Picture":
+        """The same without its drawing, which is in its files only."""
+        return replace(self, svg=markupsafe.Markup(""), curves=NO_CURVES)
 
     @property
     def wide(self) -> bool:
@@ -144,6 +153,8 @@ def inline_svg(drawing: str, name: str, said: str = "") -> markupsafe.Markup:
     drawing = drawing[drawing.index("<svg") :]
     drawing = re.sub(r"<!--.*?-->\s*", "", drawing, flags=re.DOTALL)
     drawing = drawing.replace("'DejaVu Sans'", FONTS)
+    drawing = PLACES.sub(lambda found: DIGITS.sub(r"\1", found[0]), drawing)
+    drawing = re.sub(r"\n\s*", "\n", drawing)
     drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
     drawing = re.sub(r'\bid="', f'id="{name}-', drawing)
     drawing = re.sub(r'href="#', f'href="#{name}-', drawing)
