@@ -2,7 +2,6 @@
 
 import csv
 import io
-import re
 from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +11,7 @@ import pandas as pd
 
 from mpmbench.analysis.estimate import OrderEstimate, asymptotic_text, numbers_text, slopes_text
 from mpmbench.report.figures import quantity_label
+from mpmbench.report.latex import latex
 from mpmbench.report.names import safe_name
 from mpmbench.report.series import Series, Study, setting_label, setting_text
 from mpmbench.results.cells import csv_cell
@@ -34,10 +34,6 @@ MEANINGS = {
 }
 COUNTS = ("steps", "n_particles", "n_nodes", "n_cell_crossings")
 COSTS = ("solver_time", "solver_cpu_time", "compile_time", "wall_time", "peak_memory")
-LATEX = {character: "\\" + character for character in "&%_#${}"} | {
-    "\\": r"\textbackslash{}", "^": r"\^{}", "~": r"\textasciitilde{}", "<": "$<$", ">": "$>$",
-    "±": r"$\pm$", "²": "$^2$", "³": "$^3$",
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -125,12 +121,9 @@ class Table:
         return f"{title}\n\n{text}\n" + (f"\n{note}\n" if note else "")
 
     def latex(self) -> str:
-        """The table as shown, for the package booktabs."""
-        alignment = "".join("r" if k in self.numeric else "l" for k in range(len(self.columns)))
-        rows = [" & ".join(_latex(cell.text) for cell in row) + r" \\" for row in self.rows]
-        head = " & ".join(_latex(column) for column in self.columns) + r" \\"
-        body = ["\\toprule", head, "\\midrule", *rows, "\\bottomrule"]
-        return f"\\begin{{tabular}}{{{alignment}}}\n" + "\n".join(body) + "\n\\end{tabular}\n"
+        """The table as shown, for the packages booktabs and siunitx."""
+        rows = [[cell.text for cell in row] for row in self.rows]
+        return latex(self.name, self.title, self.columns, rows, self.numeric, self.note)
 
 
 def _exact(value: Any) -> str:
@@ -142,16 +135,6 @@ def _exact(value: Any) -> str:
 def _markdown(text: str) -> str:
     """Plain text for a cell in Markdown: one line, and neither an element of HTML nor a link in it."""
     return " ".join(text.replace("<", "&lt;").replace("|", "\\|").replace("](", "] (").split())
-
-
-def _latex(text: str) -> str:
-    """Plain text for LaTeX; ``1.2e-05`` becomes a power of ten."""
-    escaped = "".join(LATEX.get(character, character) for character in text)
-    return re.sub(
-        r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]\d+)\b",
-        lambda m: rf"${m[1]} \times 10^{{{int(m[2])}}}$",
-        escaped,
-    )
 
 
 def orders(study: Study, estimates: dict[str, dict[str, OrderEstimate]]) -> Table:

@@ -83,7 +83,9 @@ def asked(page: Path, width: int, dark: bool = False) -> dict[str, object]:
     text = (
         text.replace(policy[0], f"{policy[0]} {' '.join(sums)}")
         if policy
-        else text.replace("default-src 'none';", f"default-src 'none'; script-src {' '.join(sums)};")
+        else text.replace(
+            "default-src 'none';", f"default-src 'none'; script-src {' '.join(sums)};"
+        )
     )
     inserted = "".join(f"<script>{one}</script>" for one in scripts)
     page.with_name("asked.html").write_text(text.replace("</body>", f"{inserted}</body>"), "utf-8")
@@ -108,9 +110,7 @@ def page(tmp_path_factory):
     make_quickstart(folder)
     for resolution in (4, 8):
         scalars = {"final_run_out": 0.5 + 1.0 / resolution}
-        make_run(
-            folder, resolution=resolution, dimension=2, problem="soil_column", scalars=scalars
-        )
+        make_run(folder, resolution=resolution, dimension=2, problem="soil_column", scalars=scalars)
     return build(folder)
 
 

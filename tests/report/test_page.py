@@ -215,12 +215,12 @@ def test_runs_of_different_code_are_pointed_out(tmp_path, write_run):
     assert "2 different versions of the code" in build(tmp_path).read_text()
 
 
-def test_tables_show_significant_zeros_and_latex_has_powers_of_ten(tmp_path, write_run):
+def test_tables_show_significant_zeros(tmp_path, write_run):
     write_run(tmp_path, resolution=8, scalars={"error_displacement_rms": 1.7031e-6}, snapshot=False)
     (study,) = studies(read_campaign(tmp_path))
     table = errors(study, "error_displacement_rms")
     assert "| 1.70e-06 |" in table.markdown()
-    assert r"MPM, linear & $1.70 \times 10^{-6}$ \\" in table.latex()
+    assert r"MPM, linear & 1.70e-06 \\" in table.latex()
     shown = {
         1.7031e-6: "1.70e-06",
         0.01: "0.01",
