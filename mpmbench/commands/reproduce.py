@@ -11,7 +11,6 @@ import os
 import re
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Iterable, Mapping
@@ -24,6 +23,7 @@ from mpmbench.commands import bisect
 from mpmbench.core.registry import VARIABLE
 from mpmbench.results import completion
 from mpmbench.runs.interrupts import terminated_like_interrupted
+from mpmbench.runs.process.private import temporary_folder
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.reporting import build as build_report
 from mpmbench.runs.sweep.reporting import is_younger
@@ -177,8 +177,8 @@ def run(experiment: Experiment, pairs: list[str]) -> bool:
         cases = bisect.next_round(bisection, experiment.results, names)
         if not cases:
             break
-        with tempfile.TemporaryDirectory(prefix="mpmbench-") as folder:
-            name = bisect.write_round(experiment.file, experiment.name, cases, Path(folder))
+        with temporary_folder("mpmbench-") as folder:
+            name = bisect.write_round(experiment.file, experiment.name, cases, folder)
             sweep(experiment, name, pairs, with_plugins(environment, folder))
     bad = list(without_result(experiment, names))
     for line in bad:

@@ -1,7 +1,6 @@
 """The command ``rerun``: a run again from its result file alone, and whether the same comes out."""
 
 import json
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from mpmbench.results.netcdf import Damaged, load, read_attributes, unverified
 from mpmbench.results.provenance import machine
 from mpmbench.runs.interrupts import terminated_like_interrupted
 from mpmbench.runs.process import isolation
+from mpmbench.runs.process.private import temporary_folder
 from mpmbench.runs.sweep import execute
 from mpmbench.runs.sweep.plan import LASTING
 from mpmbench.say import say
@@ -50,9 +50,9 @@ def main(arguments: list[str]) -> int:
     config["limits"] |= limits_in(arguments)
     with (
         terminated_like_interrupted(),
-        tempfile.TemporaryDirectory(prefix="mpmbench-rerun-") as folder,
+        temporary_folder("mpmbench-rerun-") as folder,
     ):
-        config |= {"output_dir": folder, "campaign": "rerun"}
+        config |= {"output_dir": str(folder), "campaign": "rerun"}
         execute.reasons_against([(config, "")])
         record = execute.run(config)
         try:

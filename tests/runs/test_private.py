@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from mpmbench.runs.process import environment, exclusive
-from mpmbench.runs.process.private import private_folder
+from mpmbench.runs.process.private import private_folder, temporary_folder
 from mpmbench.runs.sweep import ledger
 from mpmbench.settings.schema import BadInput
 
@@ -127,3 +127,15 @@ def test_a_sweep_leaves_folders_of_others_alone(tmp_path, monkeypatch):
         assert [path.name for path in tmp_path.iterdir() if path != one.folder] == [
             f"{ledger.PREFIX}link"
         ]
+
+
+def test_a_folder_is_removed_even_if_its_maker_is_interrupted_at_once(tmp_path, monkeypatch):
+    def make(folder, mode):
+        os.mkdir(folder, mode)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(Path, "mkdir", make)
+    with pytest.raises(KeyboardInterrupt), temporary_folder("some-"):
+        pass
+    assert not list(tmp_path.iterdir())

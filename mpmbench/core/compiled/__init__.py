@@ -20,10 +20,14 @@ OPTIONS: dict[str, Any] = {
     "fastmath": {"contract"},
     "cache": True,
     "nogil": True,
+    "no_cfunc_wrapper": True,
 }
+# Only kernels call what is inlined: wrappers for Python and C would be a sixth of all compiling.
 INLINED: Any = {key: OPTIONS[key] for key in ("error_model", "fastmath")} | {
     "_nrt": False,
     "forceinline": True,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
 }
 
 
@@ -46,7 +50,7 @@ def lean(function: Callable[..., Any]) -> Any:
 
 def inlined(function: Callable[..., Any]) -> Any:
     """Compile a small helper of `lean` kernels into its callers."""
-    return njit(**(OPTIONS | {"_nrt": False, "forceinline": True}))(function)
+    return njit(**(OPTIONS | INLINED))(function)
 
 
 def summing(function: Callable[..., Any]) -> Any:

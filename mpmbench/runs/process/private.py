@@ -2,8 +2,12 @@
 
 import errno
 import os
+import secrets
+import shutil
 import stat
-from contextlib import suppress
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 
@@ -30,3 +34,18 @@ def private_folder(place: Path) -> Path:
         place.chmod(0o700)
         return place
     raise PermissionError(errno.EPERM, why, str(place))
+
+
+@contextmanager
+def temporary_folder(prefix: str) -> Iterator[Path]:
+    """A new folder of this user for as long as the context lasts.
+
+    Its name is known before it is made: what interrupts a command just after that, when
+    `tempfile.TemporaryDirectory` does not yet know what it has to remove, leaves nothing behind.
+    """
+    folder = Path(tempfile.gettempdir()) / f"{prefix}{secrets.token_hex(8)}"
+    try:
+        folder.mkdir(mode=0o700)
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
