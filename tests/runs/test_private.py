@@ -130,8 +130,10 @@ def test_a_sweep_leaves_folders_of_others_alone(tmp_path, monkeypatch):
 
 
 def test_a_folder_is_removed_even_if_its_maker_is_interrupted_at_once(tmp_path, monkeypatch):
+    mkdir = Path.mkdir
+
     def make(folder, mode):
-        os.mkdir(folder, mode)
+        mkdir(folder, mode)
         raise KeyboardInterrupt
 
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
