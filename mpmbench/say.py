@@ -1,6 +1,9 @@
 """What is printed: text from files and plug-ins cannot steer a terminal, nor pass for another line."""
 
 import sys
+import textwrap
+
+WIDEST = 80  # columns of what is printed by default
 
 
 def visible(text: str) -> str:
@@ -18,6 +21,22 @@ def visible(text: str) -> str:
 def one_line(text: str) -> str:
     """`text` as it is printed within a line: blanks and line breaks are one blank each."""
     return visible(" ".join(text.split()))
+
+
+def in_lines(text: str, below: str = "", first: str = "") -> list[str]:
+    """`text` in lines of 80 columns, words whole; `first` and `below` stand before the first and the others.
+
+    >>> in_lines("short", first="  ")
+    ['  short']
+    """
+    around = {"initial_indent": first, "subsequent_indent": below}
+    return textwrap.wrap(
+        text,
+        WIDEST,
+        break_long_words=False,
+        break_on_hyphens=False,
+        **around,  # type: ignore[arg-type]
+    )
 
 
 def say(*lines: object, error: bool = False) -> None:

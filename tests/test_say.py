@@ -33,10 +33,24 @@ def test_a_line_stays_one_line(capsys, error):
 
 def test_reasons_are_said_in_one_line():
     record = Record("name", "crashed", HOSTILE, "file.nc", unwritten=HOSTILE)
-    texts = [display.line(record, 1, 2), str(BadInput(HOSTILE))]
+    texts = [*display.line(record, 1, 2).split("\n"), str(BadInput(HOSTILE))]
     texts += [*display.summary(record, 1.0).split("\n"), *display.failures([record]).split("\n")]
     assert all(text.isprintable() for text in texts)
     assert not any(text.startswith("forged") for text in texts)
+
+
+def test_lines_of_a_sweep_have_80_columns():
+    name = "implicit_mpm-linear-soil_column-n16-0123abcd"
+    why = "the iteration of step 7 did not converge within 50 iterations; " * 3
+    good = Record(name, "ok", "", "f.nc", scalars={"error_displacement_rms": (1.23456e-5, "m")})
+    for record in (good, Record(name, "not_converged", why, "f.nc")):
+        lines = display.line(record, 7, 12).split("\n")
+        assert max(map(len, lines)) <= 80 and lines[0].startswith(
+            f"[ 7/12] {record.outcome}  {name}"
+        )
+        assert all(line.startswith(" " * 8) for line in lines[1:])
+    short = Record("mpm-linear-bar_fixed_ends-n8-0123abcd", "ok", "", "f.nc", scalars=good.scalars)
+    assert display.line(short, 7, 12).endswith(" s  1.23e-05 m")
 
 
 def test_what_the_command_line_repeats_is_visible(capsys):

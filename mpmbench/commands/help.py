@@ -53,7 +53,7 @@ WORDS: dict[str, tuple[dict[str, str], str]] = {
             "FILE.nc": "a result file",
             "limits.time=60": "another limit than that of the file; limits.setup, limits.memory too",
         },
-        "rerun results/default/mpm-linear-bar_fixed_ends-n8-9eb8fbdd.nc",
+        "rerun results/default/mpm-linear-patch_test-n8-9eb8fbdd.nc",
     ),
     "continue": (
         {

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mpmbench.commands.help import lines_of
 from mpmbench.commands.verbs import VERBS
-from mpmbench.say import say
+from mpmbench.say import in_lines, say
 from mpmbench.settings.declarations import declaration, first_sentence, registered
 from mpmbench.settings.files import papers, shipped_folder
 from mpmbench.settings.schema import (
@@ -75,20 +75,25 @@ def show_option(name: str) -> int:
     kind = PLURALS.get(name, name if name in KINDS else f"{name}s")
     groups = [group for group in GROUPS if name in options(group)]
     for group in groups:
-        say(description(group, name), *keys_of(group, name))
+        say(*in_lines(description(group, name)), *keys_of(group, name))
     if groups:
         return applicability(name) if "problem" in groups else 0
     if kind in KINDS:
         say(*in_columns(sentences_of(kind)))
     elif name in registered("transfer"):
-        say(declaration("transfer", name).sentence, f"  method.transfer={name}")
+        say(*in_lines(declaration("transfer", name).sentence), f"  method.transfer={name}")
     elif name in experiments():
         file = experiments()[name]
         say(f"experiments={name}: {file}", "", *file.read_text(encoding="utf-8").splitlines())
     elif name in papers():
         known = sentences_of("experiments").items()
         own = {key: text for key, text in known if key.startswith(f"{name}/")}
-        say(said_of(papers()[name]), *in_columns(own), "", f"`reproduce {name}` runs all of them.")
+        say(
+            *in_lines(said_of(papers()[name])),
+            *in_columns(own),
+            "",
+            f"`reproduce {name}` runs all of them.",
+        )
     elif name in VERBS:
         say(*lines_of(name, *VERBS[name]))
     elif found := about_key(name):
@@ -125,7 +130,7 @@ def about_key(name: str) -> list[str]:
 
 
 def applicability(problem: str) -> int:
-    """Table of the methods and bases that apply to a problem, with the reasons of those that do not."""
+    """The methods and bases that apply to a problem, and why others do not."""
     from mpmbench.runs.sweep.execute import applying
 
     methods, bases = options("method"), options("basis")
@@ -134,12 +139,15 @@ def applicability(problem: str) -> int:
         [[f"method={method}", f"basis={basis}", f"problem={problem}"] for method, basis in pairs]
     )
     reasons = {pair: reason for pair, (_, reason) in zip(pairs, cells, strict=True)}
-    width = max(map(len, bases)) + 2
-    say(" " * 16 + "".join(f"{basis:<{width}}" for basis in bases))
-    for method in methods:
-        marks = ["-" if reasons[method, basis] else "yes" for basis in bases]
-        say(f"  {method:<14}" + "".join(f"{mark:<{width}}" for mark in marks))
+    found = {one: [basis for basis in bases if not reasons[one, basis]] for one in methods}
+    say(
+        "",
+        "methods and bases that apply",
+        *in_columns({one: ", ".join(some) or "-" for one, some in found.items()}),
+    )
+    if any(reasons.values()):
+        say("", "those that do not, and why")
     for (method, basis), reason in reasons.items():
         if reason:
-            say(f"  {method}, {basis}: {reason}")
+            say(*in_lines(f"{method}, {basis}: {reason}", "    ", "  "))
     return 0

@@ -34,7 +34,7 @@ def test_totals_and_what_may_be_left(capsys, monkeypatch):
         ledger.started(cells[1].name, 0.5)
         ledger.note(Record(cells[0].name, "diverged", "it blew up", ""))
         view._look()
-        assert capsys.readouterr().out.startswith(f"[1/3] diverged      {cells[0].name}")
+        assert capsys.readouterr().out.startswith(f"[1/3] diverged  {cells[0].name}")
         lines = view.status(ledger.running()).splitlines()
     assert lines[0] == "1 of 3 done, 1 running, 1 failed, about 10 s left"
     assert lines[1].split() == [cells[1].name, "50%", "0", "s"]

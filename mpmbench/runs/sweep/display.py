@@ -13,7 +13,7 @@ from mpmbench.results.differences import differences, sentences, settings_of
 from mpmbench.results.quantities import ZERO_FIELD, own
 from mpmbench.runs.sweep.execute import Record
 from mpmbench.runs.sweep.plan import Plan
-from mpmbench.say import one_line
+from mpmbench.say import WIDEST, in_lines, one_line
 from mpmbench.settings.files import here
 
 SHOW_PROGRESS_AFTER = 1.5  # seconds
@@ -55,12 +55,22 @@ def of_the_field(relative: float) -> str:
 
 
 def line(record: Record, number: int, total: int) -> str:
-    """One line about a run of a sweep."""
+    """One line about a run of a sweep with its displacement error, or below it why it has none."""
     width = len(str(total))
-    error = _quantity(record.scalars, "error_displacement_rms")
-    text = record.unwritten or record.reason or (f"displacement error {error}" if error else "")
-    start = f"[{number:{width}}/{total}] {record.outcome:<13} {record.name:<44}"
-    return f"{start} {record.seconds:6.2f} s  {one_line(text)}"
+    value, unit = record.scalars.get("error_displacement_rms", (math.nan, ""))
+    error = "" if math.isnan(value) else f"{value:.3g} {unit}"
+    start = (
+        f"[{number:{width}}/{total}] {record.outcome:<2}  {record.name:<42} {record.seconds:6.3g} s"
+    )
+    return with_reason(start, record.unwritten or record.reason or error)
+
+
+def with_reason(start: str, text: str) -> str:
+    """A line with what is said of it: beside it where there is room, else below it."""
+    text = one_line(text)
+    if len(start) + 2 + len(text) <= WIDEST:
+        return f"{start}  {text}".rstrip()
+    return "\n".join([start, *in_lines(text, " " * 8, " " * 8)])
 
 
 def failures(records: list[Record]) -> str:
@@ -68,7 +78,7 @@ def failures(records: list[Record]) -> str:
     rows = [f"{len(records)} of the runs failed:" if len(records) > 1 else "One run failed:"]
     for record in records:
         reason = "; ".join(part for part in (record.reason, record.unwritten) if part)
-        rows.append(f"  {record.outcome:<13} {record.name:<44} {one_line(reason)}")
+        rows.append(with_reason(f"  {record.outcome:<13} {record.name}", reason))
     traced = [record for record in records if record.has_traceback and not record.unwritten]
     if traced:
         rows.append(f"where each was raised is in its file: {traceback_of(traced[0])}, for example")
@@ -96,9 +106,8 @@ def comparison(plan: Plan) -> str:
     found = sentences(differences(runs), {})
     if not found:
         return ""
-    return "\n".join(
-        ["Curves will differ in more than what is swept:", *(f"  {one}" for one in found)]
-    )
+    lines = [line for one in found for line in in_lines(one, "    ", "  ")]
+    return "\n".join(["Curves will differ in more than what is swept:", *lines])
 
 
 def shorten(path: str) -> str:

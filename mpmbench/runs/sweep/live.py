@@ -75,12 +75,13 @@ class View:
         for name in self.ledger.ended(self.shown):
             record = self.ledger.record(name)
             self.shown[name] = record.failed
-            line = display.line(record, len(self.shown), len(self.plan.to_run))
+            lines = display.line(record, len(self.shown), len(self.plan.to_run)).splitlines()
             if self._terminal is not None:
+                text = "\n".join(map(visible, lines))
                 colour = "red" if record.failed else None
-                self._terminal.console.print(visible(line), style=colour, markup=False)
+                self._terminal.console.print(text, style=colour, markup=False)
             else:
-                say(line)
+                say(*lines)
         if self._terminal is not None:
             from rich.text import Text
 
