@@ -136,7 +136,7 @@ def test_what_cannot_be_run_is_refused_with_a_reason() -> None:
         ("mpm", "linear", {"problem__spread": "graded"}, "cells of a grid without particles"),
         ("otm", "mls", {}, "supports of one size"),
         ("linear_fem", "linear", {}, "contact=penalty"),
-        ("implicit_mpm", "linear", {}, "one material"),
+        ("implicit_mpm", "linear", {"contact": "penalty"}, "no contact but that of shared nodes"),
     ):
         with pytest.raises(NotApplicable, match=reason):
             case.read(compose("sphere_impact", method, basis, **changes))

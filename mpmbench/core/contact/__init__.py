@@ -128,6 +128,8 @@ def check_bodies(case: Any, parts: "Sequence[Part]") -> None:
             "but that of shared nodes"
         )
     materials = {part.material or case.material for part in parts}
-    if case.choices.implicit and len(materials) > 1:
-        raise NotApplicable(f"method.time={case.choices.time} knows one material for all bodies")
+    if getattr(case.choices, "volumetric", "standard") == "f_bar" and len(materials) > 1:
+        raise NotApplicable(
+            "method.volumetric=f_bar takes the means of cells, which bodies of several materials share"
+        )
     case.contact.check(case, parts)

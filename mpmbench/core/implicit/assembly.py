@@ -30,8 +30,8 @@ class Iterate(NamedTuple):
 
 
 @compiled
-def equilibrium(law, phi, start, du, iterate, force, slot, blocks):
-    """Add the internal force and its derivative by the increment of displacement.
+def equilibrium(law, first, last, phi, start, du, iterate, force, slot, blocks):
+    """Add the internal force of a body and its derivative by the increment of displacement.
 
     ``f_I += sum_p V0_p tau_p grad N_I`` and ``K_IJ += sum_p V0_p grad N_I . a_p . grad N_J`` with
     the moduli a of `kirchhoff_stress`, which hold the geometric part too (Iaconeta 2017, Eqs.
@@ -39,6 +39,8 @@ def equilibrium(law, phi, start, du, iterate, force, slot, blocks):
 
     Parameters
     ----------
+    law, first, last
+        Of the material, and its particles: `first` to before `last`.
     phi : Stencils
         Functions at the start of the step.
     start : Start
@@ -63,7 +65,7 @@ def equilibrium(law, phi, start, du, iterate, force, slot, blocks):
     moduli = np.empty((dim, dim, dim, dim))
     increment, inverse_increment = matrix(axes, axes), matrix(axes, axes)
     F_old, F_new, tau = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
-    for p in range(phi.size.shape[0]):
+    for p in range(first, last):
         if start.V0[p] == 0.0:
             continue
         displacement_gradient(phi, p, du, increment)

@@ -11,6 +11,7 @@ from mpmbench.core.implicit.constraints import add_augmentation
 from mpmbench.core.implicit.contact import WallContact
 from mpmbench.core.implicit.ghost import add_ghost
 from mpmbench.core.implicit.workspace import Workspace
+from mpmbench.core.materials import Material
 from mpmbench.core.matrix.blocks import factorise, product, whole
 from mpmbench.core.state import State
 
@@ -65,8 +66,7 @@ class Equations:
         if s.loads.walls:
             self.contact = WallContact(s, self.pattern.active, self.fixed, self.prescribed)
             self.fixed, self.prescribed = self.contact.fixed, self.contact.prescribed
-        lame, shear = s.material.lame_parameters()
-        self.young_modulus = shear * (3.0 * lame + 2.0 * shear) / (lame + shear)
+        self.young_modulus = max(map(young_modulus, s.bodies.materials))
         if w.held is not None:
             self.G = w.held.matrix(self.pattern, dim)
             wanted = s.loads.displacement(w.held.X, s.time + dt)
@@ -118,12 +118,13 @@ class Equations:
         start = assembly.Start(p.V0, p.F, p.state, self.time)
         iterate = assembly.Iterate(w.F, w.state, w.tau)
         tangent = pattern.slot, self.blocks
-        sums = self.s.law, w.phi, start, du, iterate, self.internal, *tangent
-        if w.cells is None:
-            inverted = assembly.equilibrium(*sums)
+        sums = w.phi, start, du, iterate, self.internal, *tangent
+        if w.cells is not None:
+            inverted = f_bar.equilibrium(self.s.law, *sums, w.cells) >= 0
         else:
-            inverted = f_bar.equilibrium(*sums, w.cells)
-        if inverted >= 0:
+            bodies = self.s.bodies.laws
+            inverted = any(assembly.equilibrium(one.law, *own, *sums) >= 0 for one, *own in bodies)
+        if inverted:
             return None
         residual = self.external - self.internal
         if self.contact is not None:
@@ -192,6 +193,12 @@ class Equations:
         if self.w.held is not None:
             norm = float(np.hypot(norm, self.young_modulus * np.linalg.norm(self.gap(du))))
         return norm
+
+
+def young_modulus(material: Material) -> float:
+    """Young's modulus [Pa], by which stiffnesses of walls, held points and empty cells are measured."""
+    lame, shear = material.lame_parameters()
+    return float(shear * (3.0 * lame + 2.0 * shear) / (lame + shear))
 
 
 def equilibrate(s: State, equations: Equations) -> tuple[np.ndarray, np.ndarray]:

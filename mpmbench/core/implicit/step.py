@@ -51,7 +51,8 @@ def prepare(s: State) -> Workspace:
         and np.array_equal(index, w.pattern_of[1])
     )
     if not same:
-        w.pattern = build_pattern(size, index, s.basis.nodes, s.material.symmetric_tangent)
+        symmetric = all(one.symmetric_tangent for one in s.bodies.materials)
+        w.pattern = build_pattern(size, index, s.basis.nodes, symmetric)
         w.pattern_of = size, index.copy()
         if s.choices.volumetric == "f_bar":
             w.cells = cells_of(np.where(p.V0 > 0.0, w.phi.size, 0), w.phi.index)
