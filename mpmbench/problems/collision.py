@@ -105,6 +105,10 @@ class Collision(Problem):
         text = "instant at which a thousandth of the largest momentum has changed its body"
         out["first_contact"] = (float(series["time"][met[0]]) if len(met) else np.nan, "s", text)
         if len(mass) == 2:
+            pressed, *along = np.abs(momentum[-1, 1] - momentum[0, 1]).tolist()
+            rubbed = float(np.linalg.norm(along)) / pressed if pressed > 0.0 else np.nan
+            text = "impulse between the bodies across x_1 over that along it"
+            out["impulse_ratio"] = (rubbed, "1", text)
             text = "speed of separation that bodies lose again, over that of approach"
             out["pulled_back"] = (pulled_back(momentum / np.array(mass)[:, None]), "1", text)
         return out

@@ -24,6 +24,7 @@ class TwoSquares(Collision):
     """Two elastic squares that collide, after Li 2009, Sect. 5.2; energy is conserved."""
 
     speed: float = setting(2.0, "of the first square along x_1", unit="m/s", above=0.0)
+    slip: float = setting(0.0, "speed of the first square along x_2", unit="m/s")
     offset: float = setting(0.0, "of the second square along x_2", unit="m", above=-1.0, below=1.0)
     gap: float = setting(
         0.375, "between the squares at the start", unit="m", least=0.0, below=100.0
@@ -37,9 +38,9 @@ class TwoSquares(Collision):
         h = 1.0 / resolution
         places = ((0.0, 0.0), (1.0 + self.gap, self.offset))
         parts = tuple(
-            part_of(name, nodes + place, triangles, h, particles_per_cell, (speed, 0.0))
-            for name, place, speed in zip(
-                ("moving", "resting"), places, (self.speed, 0.0), strict=True
+            part_of(name, nodes + place, triangles, h, particles_per_cell, velocity)
+            for name, place, velocity in zip(
+                ("moving", "resting"), places, ((self.speed, self.slip), (0.0, 0.0)), strict=True
             )
         )
         return parts[::-1] if self.swapped else parts

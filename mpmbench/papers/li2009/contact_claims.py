@@ -2,6 +2,8 @@
 
 from itertools import pairwise
 
+import numpy as np
+
 from mpmbench.papers.li2009.claims import Answer, claim
 from mpmbench.papers.li2009.collisions import CUBES, RULES
 from mpmbench.papers.li2009.impact import HYDRODYNAMIC, METHODS, SPEEDS
@@ -9,6 +11,9 @@ from mpmbench.report.evidence import Runs
 
 MOMENTUM = 31_332.0  # of six cubes at the start [kg m/s]
 MEETING = 0.1875  # of two squares by geometry [s]
+SLIPS = (1.0, 2.0, 4.0)  # of two squares along each other [m/s]
+FRICTION = 0.1  # coefficient of the penalty beside
+DEARER = 1.1  # cost of a step: no extra costs, but for what measuring them in a sweep is worth
 
 
 @claim(
@@ -69,6 +74,62 @@ def node_range(runs: Runs) -> Answer:
         for reach in sorted(late)
     )
     return inside, f"contact is off by {words}"
+
+
+@claim(
+    "Contact costs nothing",
+    "Sect. 5.2.1",
+    quote="we propose a novel and effective contact algorithm, which introduces no extra computational "
+    "costs more than the computations for a single body",
+    threshold=f"a step of OTM for two squares that collide takes with shared nodes at most {DEARER:g} times the "
+    "processor time that it takes with nodes of each body's own, by the median of three pairs of runs",
+)
+def no_cost(runs: Runs) -> Answer:
+    """Processor time of a step with shared nodes over that with own ones, and that of a penalty."""
+    share = {}
+    for rule in ("none", "shared", "penalty"):
+        each = [{"contact__name": rule, "problem__slip": slip} for slip in SLIPS]
+        share[rule] = [
+            runs.number("contact_slip", "solver_cpu_time", **one)
+            / runs.number("contact_slip", "steps", **one)
+            for one in each
+        ]
+    own = share.pop("none")
+    shared, penalty = (
+        float(np.median(np.array(times) / np.array(own))) for times in share.values()
+    )
+    return shared <= DEARER, (
+        f"a step with shared nodes takes {shared:.2f} times that with own nodes, one with a penalty {penalty:.2f}"
+    )
+
+
+@claim(
+    "Friction comes by itself",
+    "Sect. 5.2.1",
+    quote="we are able to capture not only the normal forces but also the friction on the contact interfaces",
+    threshold="squares that meet at 2 m/s and slide with 1, 2 and 4 m/s exchange more than a hundredth of the "
+    "normal impulse along their faces; and it is friction, which has a bound: from 2 to 4 m/s the ratio of "
+    f"the impulses grows by less than a fifth, as with a penalty and the coefficient {FRICTION:g}",
+)
+def friction(runs: Runs) -> Answer:
+    """Impulse along the faces over that across them by speed of sliding, with shared nodes and a penalty."""
+    found = {
+        rule: [
+            runs.number("contact_slip", "impulse_ratio", contact__name=rule, problem__slip=slip)
+            for slip in SLIPS
+        ]
+        for rule in ("shared", "penalty")
+    }
+    ratio = found["shared"]
+    inside = {
+        "a force along the faces": min(ratio) > 0.01,
+        "the bound of friction": ratio[-1] < 1.2 * ratio[-2],
+    }
+    words = {rule: ", ".join(f"{one:.3f}" for one in values) for rule, values in found.items()}
+    return inside, (
+        f"the impulse along the faces over that across them at 1, 2 and 4 m/s is {words['shared']}; with a "
+        f"penalty and the coefficient {FRICTION:g} it is {words['penalty']}"
+    )
 
 
 @claim(
