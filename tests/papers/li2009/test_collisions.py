@@ -52,11 +52,13 @@ def test_six_cubes_are_drawn(campaigns: Any, monkeypatch: pytest.MonkeyPatch) ->
         time = np.linspace(0.0, 1.0, 5)
         fields = {"time": time, "body_momentum": np.ones((5, 6, 2))}
         fields |= dict.fromkeys(collisions.ENERGIES, time)
+        fields |= {"snapshot_time": time[:3], "position": np.ones((3, 4, 2)), "body": np.ones(4)}
         return "told", {name: fields[name] for name in wanted}
 
     monkeypatch.setattr(collisions, "variables", told)
     page = collisions.cubes_chapter(campaigns)
-    energy, momenta = page.drawings
+    energy, momenta, motion = page.drawings
+    assert len(motion.content.axes) == 2 and "snapshots=40" in page.notes[0]
     assert len(energy.content.axes[0].lines) == 4 and len(momenta.content.axes[1].lines) == 7
     total = energy.content.axes[0].lines[3].get_ydata()
     assert total[-1] == pytest.approx(3e-3)
@@ -84,15 +86,33 @@ def test_depths_by_velocity_are_drawn_and_tabulated(
         if match["method"] != "otm":
             raise MissingRuns(campaign)
         fields = {"snapshot_time": np.arange(4.0), "position": np.zeros((4, 5, 3))}
-        fields["plastic_strain"] = np.ones((4, 5))
+        fields |= {"plastic_strain": np.ones((4, 5)), "body": np.ones(5), "volume": np.ones((4, 5))}
         return "told", {name: fields[name] for name in wanted}
 
     monkeypatch.setattr(impact, "variables", told)
     page = impact.impact_chapter(read_campaigns(tmp_path))
-    assert len(page.drawings) == 3 and page.drawings[0].content.axes[0].lines
+    assert len(page.drawings) == 4 and page.drawings[1].content.axes[0].lines
     rows = {(row[0].value, row[1].value): row[2].value for row in page.tables[0].rows}
     assert rows["OTM, shared nodes", 1000.0] == 1.0 and not rows["OTM, shared nodes", 750.0]
-    drawn = page.drawings[0].content.axes[0].lines[0].get_xydata()
+    drawn = page.drawings[1].content.axes[0].lines[0].get_xydata()
     assert drawn.tolist() == [[0.5, 0.5], [1.0, 1.0]]
     with pytest.raises(MissingRuns):
         impact.impact_chapter(read_campaigns(tmp_path / "sphere_open"))
+
+
+def test_depths_stand_by_cells_and_rule(tmp_path: Path, write_run: Any) -> None:
+    (tmp_path / "sphere_rules").mkdir()
+    for resolution, rule in ((2, "shared"), (4, "shared"), (3, "penalty")):
+        write_run(
+            tmp_path / "sphere_rules",
+            problem="sphere_impact",
+            method="mpm",
+            basis="linear",
+            resolution=resolution,
+            dimension=3,
+            scalars=dict.fromkeys(impact.READ, 0.25 * resolution),
+            settings={"contact": {"name": rule}},
+        )
+    (table,) = impact.cells_chapter(read_campaigns(tmp_path)).tables
+    read = [tuple(cell.value for cell in row[1:4]) for row in table.rows]
+    assert read == [("shared", 0.625, 0.5), ("shared", 0.312, 1.0), ("penalty", 0.417, 0.75)]

@@ -7,6 +7,7 @@ import pytest
 from mpmbench.papers import find
 from mpmbench.papers.li2009 import claims
 from mpmbench.papers.li2009.bar import BARS
+from mpmbench.papers.li2009.collisions import FRICTION, SLIPS
 from mpmbench.papers.li2009.functions import PUBLISHED, TOLERANCES
 from mpmbench.papers.li2009.impact import SPEEDS
 from mpmbench.papers.li2009.support import DENSITY, VELOCITY
@@ -129,6 +130,22 @@ def depths(*found: float) -> Tell:
     return lambda campaign, quantity, match: by_speed[match["problem__speed"]]
 
 
+def slipping(shared: float, *ratios: float) -> Tell:
+    """Cost of a step of squares that meet over that of others in two of three pairs, and their impulses by slip."""
+
+    def tell(campaign: str, quantity: str, match: dict[str, Any]) -> float:
+        rule, slip = match["contact__name"], match["problem__slip"]
+        if quantity == "impulse_ratio":
+            return ratios[SLIPS.index(slip)] if rule == "shared" else FRICTION
+        if quantity == "steps":
+            return 10.0 * slip
+        odd = 9.0 if slip == 4.0 else 1.0  # what was measured beside other work
+        apart = match.get("problem__gap") == 3.0
+        return slip * (1.0 if apart else {"shared": odd * shared, "penalty": 3.0}[rule])
+
+    return tell
+
+
 STORIES: list[tuple[str, Tell, str]] = [
     ("newton_counts", steps(0.5), HOLDS),
     ("newton_counts", steps(0.7), FAILS),
@@ -193,6 +210,15 @@ STORIES: list[tuple[str, Tell, str]] = [
         "holds in part: for the first contact; not for what stays outside",
     ),
     ("node_range", met(captured=4.0, narrow=0.02, middle=-0.01, wide=-0.1), FAILS),
+    ("no_cost", slipping(1.09), HOLDS),
+    ("no_cost", slipping(1.11), FAILS),
+    ("friction", slipping(1.0, 0.1, 0.2, 0.23), HOLDS),
+    (
+        "friction",
+        slipping(1.0, 0.1, 0.2, 0.25),
+        "holds in part: for a force along the faces; not for the bound of friction",
+    ),
+    ("friction", slipping(1.0, 0.009, 0.2, 0.3), FAILS),
     ("hydrodynamic", depths(0.3, 0.6, 0.9, 1.1, 1.2, 1.4, 1.5, 1.55), HOLDS),
     (
         "hydrodynamic",
