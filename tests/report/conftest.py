@@ -68,6 +68,7 @@ def make_run(
         "threads": 1,
         "seed": 0,
         "campaign": "synthetic",
+        **{group: extra[group] for group in ("contact",) if group in extra},
         "timing": "shared",
         "limits": {"time": 100.0, "memory": None},
     }
