@@ -134,8 +134,8 @@ def slip_chapter(campaigns: Campaigns) -> Chapter:
         rows,
         numeric=range(1, 8),
         note="OTM; three quarters of the faces cover each other when they meet. Friction on plane faces keeps "
-        "the ratio of the impulses below its coefficient however fast bodies slide; bodies that stick have one that grows "
-        "with the speed. Squares that have turned meet again by their corners, which adds to it. Times "
+        "the ratio of the impulses below its coefficient however fast bodies slide; bodies that stick have one that "
+        "grows with the speed. Squares that have turned meet again by their corners, which adds to it. Times "
         "were measured beside other work.",
     )
     return page
