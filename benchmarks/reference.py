@@ -14,7 +14,7 @@ import numpy as np
 
 from mpmbench import case
 from mpmbench.case.build import step_size
-from mpmbench.case.output import dataset
+from mpmbench.case.output import outcome
 from mpmbench.core.compiled import threads
 from mpmbench.core.errors import SolverFailure
 from mpmbench.core.simulation import Solution, simulate
@@ -143,12 +143,11 @@ def compute(runs: list[str]) -> list[tuple[dict[str, np.ndarray], dict[str, Any]
         if state is not None:
             fields = {name: getattr(state.particles, name) for name in FIELDS}
             fields["nodes"] = state.basis.nodes
-        data = dataset(config, plugins, state, solution, 0.0)
+        data = outcome(config, plugins, state, solution, 0.0).variables
         errors = {
-            str(name): float(data[name])
+            name: float(data[name][1])
             for name in data
-            if (str(name).startswith("error_") and str(name).endswith("_rms"))
-            or name == "energy_drift"
+            if (name.startswith("error_") and name.endswith("_rms")) or name == "energy_drift"
         }
         content = b"".join(np.ascontiguousarray(field).tobytes() for field in fields.values())
         record = {"digest": hashlib.sha256(content).hexdigest(), "status": solution.status}

@@ -100,4 +100,4 @@ def simulate(
     solver.simulate(first, time_step, min(time_step, end_time))
     compile_time = time.perf_counter() - started
     solution = solver.simulate(second, time_step, end_time, tuple(snapshot_times))
-    return Result.of(measured(second, solution, compile_time))
+    return Result.of(measured(second, solution, compile_time).as_dataset())

@@ -9,7 +9,7 @@ from typing import Any
 import netCDF4
 import xarray as xr
 
-from mpmbench.results import digest
+from mpmbench.results import digest, netcdf
 from mpmbench.results.version import SCHEMA_VERSION
 
 CONFIG = {
@@ -52,6 +52,14 @@ def small(**attributes: Any) -> xr.Dataset:
         "timing_context": "shared",
     }
     return xr.Dataset({"value": ((), 1.0, {"units": "m"})}, attrs=attrs | attributes)
+
+
+def write(dataset: xr.Dataset, path: Path) -> None:
+    """Write a dataset as a result."""
+    variables = {
+        str(name): (one.dims, one.values, one.attrs) for name, one in dataset.variables.items()
+    }
+    netcdf.write(variables, dataset.attrs, path)
 
 
 @contextmanager

@@ -2,10 +2,9 @@
 
 from collections.abc import Callable
 from time import perf_counter
+from typing import TYPE_CHECKING
 
-import xarray as xr
-
-from mpmbench.case.output import dataset
+from mpmbench.case.output import Outcome, outcome
 from mpmbench.case.read import Case, Config, bodies_of, read
 from mpmbench.core.bodies import particles_of
 from mpmbench.core.compiled import threads
@@ -16,6 +15,9 @@ from mpmbench.core.simulation import Body, Solution, Watch, build_state, first_s
 from mpmbench.core.stability import stability_limit
 from mpmbench.core.state import State
 from mpmbench.problems import Problem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Progress = Callable[[float, float], None]
 
@@ -50,9 +52,14 @@ def build(case: Case) -> State:
     return state
 
 
-def solve(
+def solve(config: Config) -> "xr.Dataset":
+    """Run one case in this process, as `run`; what came out as a dataset of xarray."""
+    return run(config).as_dataset()
+
+
+def run(
     config: Config, progress: Progress | None = None, before: EndState | None = None
-) -> xr.Dataset:
+) -> Outcome:
     """Run one case in this process.
 
     Parameters
@@ -67,7 +74,7 @@ def solve(
 
     Returns
     -------
-    xarray.Dataset
+    Outcome
         What the result file holds, without provenance; a numerical failure is a status, not
         an exception.
     """
@@ -84,11 +91,11 @@ def solve(
         del warm
     except SolverFailure as failure:
         solution = Solution(status=failure.status, reason=f"{failure} (before the first step)")
-        return dataset(config, case, None, solution, perf_counter() - start)
+        return outcome(config, case, None, solution, perf_counter() - start)
     compile_time = perf_counter() - start
     instants = config.get("snapshot_times") or ()
     solution = simulate(state, time_step, end_time, instants, progress, before)
-    return dataset(config, case, state, solution, compile_time)
+    return outcome(config, case, state, solution, compile_time)
 
 
 def refuse_to_continue(config: Config, before: EndState) -> None:

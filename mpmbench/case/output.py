@@ -1,11 +1,11 @@
-"""From a solution to the dataset that a result file holds: scalars, histories, snapshots and errors, with units."""
+"""From a solution to all that a result file holds: scalars, histories, snapshots and errors, with units."""
 
 from collections.abc import Hashable
+from dataclasses import dataclass
 from itertools import zip_longest
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from mpmbench.analysis.norms import error_norms
 from mpmbench.case.read import Case, Config
@@ -14,29 +14,56 @@ from mpmbench.core.materials.fields import derived_fields
 from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 END_STATE = "end_state"  # variables whose name begins so are for continuing a run
 COORDINATES = ("time", "snapshot_time")
-# Variables by name, as xarray takes them: a Dataset that grows one by one costs a millisecond for each.
+# Variables by name: dimensions, values and labels, as xarray takes them.
 Variables = dict[str, tuple[Any, ...]]
 UNITS = {"displacement": "m", "velocity": "m s-1", "stress": "Pa"}
+
+
+@dataclass
+class Outcome:
+    """All that a run has to say.
+
+    Attributes
+    ----------
+    variables : dict
+        By name: dimensions, values and labels.
+    attrs : dict
+        What else is known, how the run ended among it.
+    """
+
+    variables: Variables
+    attrs: dict[str, Any]
+
+    def as_dataset(self) -> "xr.Dataset":
+        """The same for a user. A run does without: to import xarray takes a third of a second."""
+        import xarray as xr
+
+        coordinates = {name: self.variables[name] for name in COORDINATES if name in self.variables}
+        data = {name: one for name, one in self.variables.items() if name not in coordinates}
+        return xr.Dataset(data, coordinates, self.attrs)
 
 
 def labelled(
     dims: str | tuple[Hashable, ...], values: Any, unit: str, text: str
 ) -> tuple[Any, ...]:
-    """A variable with its unit and long name, as xarray takes it."""
+    """A variable with its unit and long name."""
     return dims, values, {"units": unit, "long_name": text}
 
 
 def scalar(value: float, unit: str, text: str) -> tuple[Any, ...]:
-    """A number with its unit and long name, as xarray takes it."""
+    """A number with its unit and long name."""
     return labelled((), value, unit, text)
 
 
-def dataset(
+def outcome(
     config: Config, case: Case, state: State | None, solution: Solution, compile_time: float
-) -> xr.Dataset:
-    """All that a run has to say, as one dataset with units."""
+) -> Outcome:
+    """All that a run has to say, with units."""
     out = _measured(state, solution, compile_time)
     step = solution.time_step if solution.time_step > 0.0 else str(config["time_step"])
     attributes = {
@@ -51,11 +78,10 @@ def dataset(
     return _together(out, solution, attributes)
 
 
-def _together(out: Variables, solution: Solution, attributes: dict[str, Any]) -> xr.Dataset:
-    """All variables as one dataset, with how the run ended."""
-    coordinates = {name: out.pop(name) for name in COORDINATES if name in out}
+def _together(out: Variables, solution: Solution, attributes: dict[str, Any]) -> Outcome:
+    """All variables, with how the run ended."""
     said = {"status": solution.status, "reason": solution.reason, "time_step": solution.time_step}
-    return xr.Dataset(out, coordinates, said | attributes)
+    return Outcome(out, said | attributes)
 
 
 def _add_problem(out: Variables, case: Case, state: State, solution: Solution) -> None:
@@ -74,7 +100,7 @@ def _add_problem(out: Variables, case: Case, state: State, solution: Solution) -
     _add_end_state(out, solution)
 
 
-def measured(state: State | None, solution: Solution, compile_time: float) -> xr.Dataset:
+def measured(state: State | None, solution: Solution, compile_time: float) -> Outcome:
     """What a solution says by itself, whatever the problem: scalars, histories and snapshots."""
     return _together(_measured(state, solution, compile_time), solution, {})
 

@@ -22,8 +22,8 @@ from typing import Any
 from mpmbench.commands import bisect
 from mpmbench.core.registry import VARIABLE
 from mpmbench.results import completion
+from mpmbench.results.private import temporary_folder
 from mpmbench.runs.interrupts import terminated_like_interrupted
-from mpmbench.runs.process.private import temporary_folder
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.reporting import build as build_report
 from mpmbench.runs.sweep.reporting import is_younger

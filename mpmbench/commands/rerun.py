@@ -11,10 +11,10 @@ from mpmbench.commands.places import attributes_of
 from mpmbench.results.bookkeeping import with_later
 from mpmbench.results.identity import changed_files, code_digests
 from mpmbench.results.netcdf import Damaged, load, read_attributes, unverified
+from mpmbench.results.private import temporary_folder
 from mpmbench.results.provenance import machine
 from mpmbench.runs.interrupts import terminated_like_interrupted
 from mpmbench.runs.process import isolation
-from mpmbench.runs.process.private import temporary_folder
 from mpmbench.runs.sweep import execute
 from mpmbench.runs.sweep.plan import LASTING
 from mpmbench.say import say

@@ -1,15 +1,14 @@
 """What a run is known by: hashes of its configuration and of its code, and its file."""
 
-import ast
 import hashlib
 import json
 import re
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 from mpmbench.core.registry import PACKAGES, places, plugin_files, plugins_of
+from mpmbench.results import meanings
 from mpmbench.results.bookkeeping import NOT_PART_OF_A_RUN, without_later
 from mpmbench.settings.files import PACKAGE, here
 
@@ -50,17 +49,22 @@ def solver_files(with_plugins: bool = True) -> list[Path]:
     return [*files, *(plugin_files() if with_plugins else [])]
 
 
-def sources_hash(with_plugins: bool = True) -> str:
-    """Hash of all sources that a kernel is compiled from: programs with the same one may share them.
+def sources_hashes() -> tuple[str, str]:
+    """Hashes of all sources that a kernel is compiled from, without and with those of plug-ins.
+
+    Programs with the same one may share their kernels.
 
     These are the files that have compiled functions and all that they import, for a kernel keeps
     the values of what it names. A problem in plain Python or a time loop is none of them: after a
     change there nothing is compiled anew.
     """
     digest = hashlib.sha256()
-    for file in [*kernel_files(), *(plugin_files() if with_plugins else [])]:
-        digest.update(str(file).encode() + b"\0" + file.read_bytes() + b"\0")
-    return digest.hexdigest()[:16]
+    hashes = []
+    for files in (kernel_files(), plugin_files()):
+        for file in files:
+            digest.update(str(file).encode() + b"\0" + file.read_bytes() + b"\0")
+        hashes.append(digest.hexdigest()[:16])
+    return hashes[0], hashes[1]
 
 
 def kernel_files() -> list[Path]:
@@ -99,8 +103,9 @@ def code_digests(config: dict[str, Any]) -> dict[str, str]:
     found: dict[str, str] = {}
     while waiting:
         name, file = waiting.popitem()
-        found[name], imported = _meaning(file, file.stat().st_mtime_ns)
+        found[name], imported = meanings.meaning(file, file.stat().st_mtime_ns)
         waiting |= {one: ours[one] for one in imported if one in ours and one not in found}
+    meanings.keep()
     return dict(sorted(found.items()))
 
 
@@ -133,22 +138,3 @@ def changed_files(attributes: dict[str, Any], now: dict[str, str]) -> list[str]:
     """Source files that have other digests `now` than when a result was made."""
     before: dict[str, str] = json.loads(attributes["code_files"])
     return sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
-
-
-@cache
-def _meaning(file: Path, modified: int) -> tuple[str, tuple[str, ...]]:
-    """Digest of a source file without comments and docstrings, and what it imports of ours."""
-    tree = ast.parse(file.read_bytes())
-    imported: set[str] = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            imported.update(alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
-            imported.update({node.module, *(f"{node.module}.{alias.name}" for alias in node.names)})
-        elif isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)):
-            first = node.body[0] if node.body else None
-            if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant):
-                node.body = node.body[1:] or [ast.Pass()]
-    parts = [name.split(".")[1:] for name in imported if name.startswith("mpmbench.")]
-    files = {f"{'/'.join(part)}{ending}" for part in parts for ending in (".py", "/__init__.py")}
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:16], tuple(sorted(files))

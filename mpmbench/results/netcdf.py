@@ -4,20 +4,24 @@ Nothing else opens result files.
 """
 
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import netCDF4
 import numpy as np
-import xarray as xr
 
 from mpmbench.results import apart, digest, layout
 from mpmbench.results.one_move import in_one_move
 from mpmbench.results.timings import UNITS
 
+if TYPE_CHECKING:
+    import xarray as xr  # a third of a second, which a run can do without
+
+Variables = Mapping[str, tuple[Any, ...]]  # by name: dimensions, values and labels
 Taken = TypeVar("Taken")
+SNAPSHOTS = "snapshot_time"  # the variable with the instants of what has the dimension `snapshot`
 Scalar = tuple[float, dict[str, str]]  # value, and its units and long name as far as it has them
 
 
@@ -46,25 +50,54 @@ class Missing(Damaged):
     """A file that is not there."""
 
 
-def write(dataset: xr.Dataset, path: Path) -> None:
-    """Write `dataset` with its digest to `path`: under a temporary name, then moved into place.
+def write(variables: Variables, attributes: Mapping[str, Any], path: Path) -> None:
+    """Write variables with their digest to `path`: under a temporary name, then moved into place.
 
     Raises
     ------
     OSError
         When the folder or the disk cannot take it; the temporary file is gone and an older result
         is kept.
+    ValueError, TypeError
+        When a variable is none that a file can hold.
     """
     text = {"long_name": "checked whenever this file is read"}
-    sealed = dataset.assign(
-        {digest.VARIABLE: xr.Variable((), np.bytes_(digest.EMPTY), text, {"char_dim_name": "text"})}
-    )
+    seal = np.frombuffer(digest.EMPTY, dtype="S1")
     with in_one_move(path) as temporary:
         try:
-            sealed.to_netcdf(temporary, engine="netcdf4")
+            with netCDF4.Dataset(temporary, "w") as file:
+                file.setncatts(attributes)
+                for name, (dims, values, labels) in variables.items():
+                    put(file, name, (dims,) if isinstance(dims, str) else dims, values, labels)
+                put(file, digest.VARIABLE, ("text",), seal, text)
             digest.seal(temporary)
         except (OSError, RuntimeError) as error:  # the netCDF library hides that a disk is full
-            raise refusal(temporary, dataset.nbytes) or OSError(str(error)) from None
+            size = sum(np.asarray(values).nbytes for _, values, _ in variables.values())
+            raise refusal(temporary, size) or OSError(str(error)) from None
+
+
+def put(
+    file: netCDF4.Dataset, name: str, dims: Iterable[str], values: Any, labels: Mapping[str, str]
+) -> None:
+    """Write one variable, with what the convention CF wants readers to know of it."""
+    dims, array = tuple(dims), np.asarray(values)
+    if len(dims) != array.ndim:
+        raise ValueError(f"{name} has {array.ndim} axes, and {len(dims)} names for them")
+    for dim, size in zip(dims, array.shape, strict=True):
+        known = file.dimensions.get(dim) or file.createDimension(dim, size)
+        if len(known) != size:
+            raise ValueError(f"{name}: {dim} has {size} entries here and {len(known)} elsewhere")
+    kind: Any = array.dtype
+    if kind.kind == "U":
+        kind, array = str, array.astype(object)
+    elif kind.kind not in "iufS":
+        raise TypeError(f"{name}: numbers or text are needed, and not {kind}")
+    unknown = np.nan if array.dtype.kind == "f" else None
+    variable = file.createVariable(name, kind, dims, fill_value=unknown)
+    variable.setncatts(labels)
+    if "snapshot" in dims and name != SNAPSHOTS:
+        variable.coordinates = SNAPSHOTS
+    variable[...] = array
 
 
 def refusal(place: Path, size: int) -> OSError | None:
@@ -138,10 +171,11 @@ def read_histories(path: Path) -> dict[str, History]:
     return _read(path, take)[1]
 
 
-def load(path: Path) -> xr.Dataset:
+def load(path: Path) -> "xr.Dataset":
     """A whole result file in memory; times stay numbers of seconds; raises like `read_attributes`."""
+    import xarray as xr
 
-    def take(file: netCDF4.Dataset) -> xr.Dataset:
+    def take(file: netCDF4.Dataset) -> "xr.Dataset":
         store = xr.backends.NetCDF4DataStore(file)
         hidden = [name for name in file.variables if name not in layout.variables_of(file)]
         return xr.open_dataset(store, decode_cf=False).drop_vars(hidden).load()

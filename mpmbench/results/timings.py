@@ -2,9 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
+if TYPE_CHECKING:
+    import numpy as np  # which a command of one run does without
 
 # Attributes of the result file with one number for each repeat that had the machine to itself; not
 # a number where the system did not tell. A run that is not timed has the load only.
@@ -30,14 +31,16 @@ class Timings:
         Processors that were busy with other work, and processors that the host gave to others.
     """
 
-    wall: np.ndarray
-    cpu: np.ndarray
-    load: np.ndarray
-    steal: np.ndarray
+    wall: "np.ndarray"
+    cpu: "np.ndarray"
+    load: "np.ndarray"
+    steal: "np.ndarray"
 
 
 def timings(attributes: Mapping[str, Any]) -> Timings:
     """The repeats that a result file's attributes tell of; older files know the first array only."""
+    import numpy as np
+
     wall, *others = (np.atleast_1d(attributes.get(name, [])).astype(float) for name in UNITS)
     unknown = np.full(len(wall), np.nan)
     return Timings(wall, *(values if len(values) == len(wall) else unknown for values in others))
@@ -45,6 +48,8 @@ def timings(attributes: Mapping[str, Any]) -> Timings:
 
 def load_of(attributes: Mapping[str, Any]) -> float:
     """Processors that were not there for a run, on average over its repeats; not a number if unknown."""
+    import numpy as np
+
     load, steal = (
         np.atleast_1d(attributes.get(name, np.nan)).astype(float)
         for name in ("load_by_others", "steal")
@@ -54,11 +59,15 @@ def load_of(attributes: Mapping[str, Any]) -> float:
 
 def mean_load(repeats: Sequence[Timings]) -> float:
     """The same over all repeats of several runs."""
+    import numpy as np
+
     return mean_of_known(np.concatenate([np.zeros(0), *(one.load + one.steal for one in repeats)]))
 
 
-def mean_of_known(values: np.ndarray) -> float:
+def mean_of_known(values: "np.ndarray") -> float:
     """Mean of the finite values; not a number when there are none."""
+    import numpy as np
+
     known = values[np.isfinite(values)]
     return float(known.mean()) if len(known) else float("nan")
 

@@ -14,8 +14,8 @@ import pytest
 import xarray as xr
 
 from mpmbench.report import writer
-from mpmbench.results import netcdf
 from mpmbench.results.version import SCHEMA_VERSION
+from tests.support import write
 
 MATERIAL = {"name": "linear_elastic", "young_modulus": 4000.0, "poisson_ratio": 0.0, "density": 1.0}
 UNITS = {
@@ -140,7 +140,7 @@ def make_run(
         "Conventions": "CF-1.11",
     }
     file = file or folder / f"{method}-{basis}-{problem}-n{resolution}-{digest[:8]}.nc"
-    netcdf.write(dataset, file)
+    write(dataset, file)
     return file
 
 

@@ -15,13 +15,13 @@ import mpmbench
 from mpmbench.commands.compare import NOT_COMPARABLE
 from mpmbench.results import apart, digest, netcdf
 from mpmbench.settings.files import PACKAGE
-from tests.support import CONFIG, edited, small
+from tests.support import CONFIG, edited, small, write
 
 
 @pytest.fixture
 def file(tmp_path) -> Path:
     """A small result."""
-    netcdf.write(small(), tmp_path / "run.nc")
+    write(small(), tmp_path / "run.nc")
     return tmp_path / "run.nc"
 
 
@@ -117,10 +117,10 @@ def test_what_is_no_result_is_said_and_why(file, name, value, reason):
 
 def test_arrays_have_their_dimensions_and_fit_into_the_file(tmp_path):
     path = tmp_path / "run.nc"
-    netcdf.write(small().assign(position=(("particle", "dim"), np.zeros((3, 1)))), path)
+    write(small().assign(position=(("particle", "dim"), np.zeros((3, 1)))), path)
     reason = "variable position: the dimensions snapshot, particle, dim are needed"
     assert netcdf.look(path)[1] == reason
-    netcdf.write(small().assign(time=("time", ["a", "b"])), path)
+    write(small().assign(time=("time", ["a", "b"])), path)
     assert netcdf.look(path)[1] == "variable time: numbers are needed"
     with edited(path) as data:
         data.renameVariable("time", "words")
@@ -139,8 +139,8 @@ def test_one_damaged_file_blocks_no_command_and_is_named(folder, command):
         small().assign(file=((), 1.0)),
         small(config_hash="b" * 16, config=json.dumps(CONFIG | {"cfl": 0.5})),
     )
-    netcdf.write(good, folder / "a/good.nc")
-    netcdf.write(bad, folder / "a/bad.nc")
+    write(good, folder / "a/good.nc")
+    write(bad, folder / "a/bad.nc")
     shutil.copytree(folder / "a", folder / "whole")
     changed(folder / "a/bad.nc", 3000, 1)
     why = "was changed after it had been written: its digest does not fit"

@@ -383,7 +383,7 @@ def test_a_launcher_that_does_not_work_is_one_sentence(command, folder):
 def test_a_library_that_cannot_be_loaded_is_one_line(command, folder, tmp_path, monkeypatch):
     broken = tmp_path / "broken"
     broken.mkdir()
-    (broken / "xarray.py").write_text("raise ImportError('no name array_namespace in scipy')\n")
+    (broken / "netCDF4.py").write_text("raise ImportError('no name array_namespace in scipy')\n")
     monkeypatch.setenv("PYTHONPATH", f"{broken}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
     process = start("resolution=4")
     out, err = process.communicate(timeout=60)

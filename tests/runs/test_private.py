@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from mpmbench.results.private import private_folder, temporary_folder
 from mpmbench.runs.process import environment, exclusive
-from mpmbench.runs.process.private import private_folder, temporary_folder
 from mpmbench.runs.sweep import ledger
 from mpmbench.settings.schema import BadInput
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from mpmbench.commands.rerun import compare, relative_difference
-from mpmbench.results import netcdf
 from mpmbench.runs.sweep import execute
 from tests.runs.conftest import start, waited
-from tests.support import edited, small
+from tests.support import edited, small, write
 
 
 def result_of(folder):
@@ -134,10 +133,10 @@ def test_errors_are_judged_by_the_size_of_what_they_are_errors_of(tmp_path, name
         "error_density": ((), 1e-4, "kg m-2"),
     }
     stored = {key: (dims, value, {"units": unit}) for key, (dims, value, unit) in values.items()}
-    netcdf.write(small().assign(stored), tmp_path / "old.nc")
+    write(small().assign(stored), tmp_path / "old.nc")
     dims, value, unit = values[name]
     stored[name] = (dims, value * factor, {"units": unit})
-    netcdf.write(small().assign(stored), tmp_path / "new.nc")
+    write(small().assign(stored), tmp_path / "new.nc")
     how = {"status": "ok", "reason": ""}
     verdict, details = compare(tmp_path / "old.nc", tmp_path / "new.nc", how, how)
     assert details == ([f"{name}: {judged}"] if judged else [])

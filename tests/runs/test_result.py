@@ -9,25 +9,24 @@ import time
 
 import netCDF4
 import pytest
-import xarray as xr
 
-from mpmbench.results import netcdf, one_move
-from tests.support import small
+from mpmbench.results import digest, netcdf, one_move
+from tests.support import small, write
 
 DATASET = small()
 
 
 def test_a_write_that_fails_keeps_the_older_result_and_leaves_nothing(tmp_path, monkeypatch):
     path = tmp_path / "run.nc"
-    netcdf.write(DATASET, path)
+    write(DATASET, path)
 
-    def full(self, target, **options):
+    def full(target):
         target.write_bytes(b"half")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
+    monkeypatch.setattr(digest, "seal", full)
     with pytest.raises(OSError, match="No space"):
-        netcdf.write(DATASET.assign(value=2.0), path)
+        write(DATASET.assign(value=2.0), path)
     assert list(tmp_path.iterdir()) == [path]
     assert netcdf.read_scalars(path)[1]["value"] == (1.0, {"units": "m"})
 
@@ -37,19 +36,19 @@ def test_the_reason_is_the_systems_and_not_the_librarys(tmp_path):
     path = tmp_path / "run.nc"
     path.with_name(f".{path.name}.{os.getpid()}.tmp").symlink_to("/dev/full")
     with pytest.raises(OSError, match="No space left on device"):
-        netcdf.write(DATASET, path)
+        write(DATASET, path)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_writer_that_is_killed_leaves_no_result_and_its_remains_are_removed(tmp_path):
     code = f"""
-import xarray, time
+import time
 from pathlib import Path
-from mpmbench.results import netcdf
-def stuck(self, target, **options):
+from mpmbench.results import digest, netcdf
+def stuck(target):
     target.write_bytes(b"half"); print("writing", flush=True); time.sleep(60)
-xarray.Dataset.to_netcdf = stuck
-netcdf.write(xarray.Dataset(), Path({str(tmp_path / "run.nc")!r}))
+digest.seal = stuck
+netcdf.write({{}}, {{}}, Path({str(tmp_path / "run.nc")!r}))
 """
     writer = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     assert writer.stdout.readline() == "writing\n"
@@ -58,7 +57,7 @@ netcdf.write(xarray.Dataset(), Path({str(tmp_path / "run.nc")!r}))
     os.kill(writer.pid, signal.SIGKILL)
     writer.wait()
     assert not (tmp_path / "run.nc").exists()
-    netcdf.write(DATASET, tmp_path / "run.nc")
+    write(DATASET, tmp_path / "run.nc")
     assert [path.name for path in tmp_path.iterdir()] == ["run.nc"]
 
 
@@ -105,7 +104,7 @@ def test_a_full_disk_is_named_and_ends_with_exit_code_1(command, folder, monkeyp
 def test_threads_may_read_side_by_side(tmp_path):
     """In a process of its own: without a lock the HDF5 library ends it by a segmentation fault."""
     for number in range(20):
-        netcdf.write(DATASET, tmp_path / f"{number}.nc")
+        write(DATASET, tmp_path / f"{number}.nc")
     code = (
         "import pathlib; from concurrent.futures import ThreadPoolExecutor; from mpmbench.results import netcdf;"
         f"files = sorted(pathlib.Path({str(tmp_path)!r}).glob('*.nc')) * 10;"

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import mpmbench
-from mpmbench.results import identity, netcdf
+from mpmbench.results import identity, meanings, netcdf
 from mpmbench.results.provenance import attributes
 from mpmbench.runs.hydra.compose import compose_many
 from mpmbench.runs.sweep import execute, plan
@@ -174,7 +174,7 @@ def test_comments_and_docstrings_mean_nothing_and_code_does(tmp_path):
 
     def digest(text):
         file.write_text(text)
-        return identity._meaning.__wrapped__(file, 0)[0]
+        return meanings.parsed(file.read_bytes())[0]
 
     plain = digest("import os\ndef f(x):\n    return x + 1\n")
     assert plain == digest(

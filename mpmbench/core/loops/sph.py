@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from mpmbench.core.bases.clouds.sph_kernel import KernelBasis, SmoothedKernel, pair_gradients
 from mpmbench.core.compiled import lean, matrix
 from mpmbench.core.errors import BrokeDown, Diverged, NotApplicable
+from mpmbench.core.geometry import search_tree
 from mpmbench.core.loads import body_force, constrain
 from mpmbench.core.loops import LoopPromises, TimeLoop
 from mpmbench.core.materials import cauchy_stress
@@ -78,8 +78,8 @@ class SmoothedParticles(TimeLoop):
         if not np.isfinite(x).all():
             raise Diverged("a position is not finite")
         if s.workspace is None:  # tracers go with the nearest particle
-            s.workspace = cKDTree(p.X[solid]).query(p.X[solid.stop :])[1]
-        i, j = cKDTree(x).query_pairs(radius, output_type="ndarray").T
+            s.workspace = search_tree(p.X[solid]).query(p.X[solid.stop :])[1]
+        i, j = search_tree(x).query_pairs(radius, output_type="ndarray").T
         gradient = pair_gradients(radius, x, i, j)
 
         symmetric = self.derivatives == "symmetric"

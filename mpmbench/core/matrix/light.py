@@ -6,13 +6,17 @@ force with the same weights. With T, the identity but for these rows, that is ``
 translation, free fall and momentum stay exact, whatever is left out.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from scipy.sparse import csr_array, diags_array
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import count, index, locate, scratch, value
 from mpmbench.core.compiled import compiled, lean, vector
 from mpmbench.core.particles import SEEN, Particles
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array  # a tenth of a second, which lumped masses do without
 
 # What a massless point weighs in a choice of neighbours: nothing, where particles see the node.
 MASSLESS = 1e-200
@@ -89,8 +93,10 @@ class LightNodes:
         self.weight = share / total[self.node]
         return len(key) > 0
 
-    def matrix(self) -> csr_array:
+    def matrix(self) -> "csr_array":
         """T, shape (N, N)."""
+        from scipy.sparse import csr_array, diags_array
+
         n = len(self.light)
         follow = csr_array((self.weight, (self.node, self.neighbour)), shape=(n, n))
         return csr_array(diags_array(1.0 - self.light) + follow)

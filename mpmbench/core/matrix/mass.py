@@ -10,8 +10,6 @@ from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import compiled
 from mpmbench.core.matrix.band import BandMass, assemble_band
 from mpmbench.core.matrix.light import LightNodes, heaviest_seen
-from mpmbench.core.matrix.mass_checks import refuse_too_few_particles, refuse_unseen_patterns
-from mpmbench.core.matrix.sparse import DirectMass, SparseMass
 from mpmbench.core.particles import Particles
 
 # Beyond this band conjugate gradients cost less than a banded factorisation in every step.
@@ -55,6 +53,10 @@ def make_mass(choices: Choices, fixed: np.ndarray, basis: Basis, p: Particles) -
     # implicit loops sum a consistent mass into their tangent
     if choices.mass == "lumped" or choices.implicit:
         return LumpedMass(fixed, light_nodes)
+    # a third of the time of all imports, which lumped masses do without
+    from mpmbench.core.matrix.mass_checks import refuse_too_few_particles, refuse_unseen_patterns
+    from mpmbench.core.matrix.sparse import DirectMass, SparseMass
+
     basis.locate(p.x)
     if choices.moving and isinstance(basis.handle, Stencils):
         refuse_unseen_patterns(basis, p, fixed)

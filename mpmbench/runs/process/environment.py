@@ -2,14 +2,13 @@
 
 import os
 import shutil
-import tempfile
 import time
 from collections.abc import Iterator, MutableMapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from mpmbench.results.identity import sources_hash
-from mpmbench.runs.process.private import private_folder
+from mpmbench.results.identity import sources_hashes
+from mpmbench.results.private import cache_home
 from mpmbench.settings.files import PACKAGE, BadInput, joined
 
 KEEP_DAYS = 30
@@ -22,28 +21,12 @@ def cache_folder() -> Path:
 
     numba does not notice a change in another file that a kernel calls, so every version of the
     sources has a folder of its own; those that nobody used for a month are removed. Plug-ins are
-    sources too. What numba finds there it runs: the folder has to be this user's alone.
-
-    Raises
-    ------
-    BadInput
-        When neither the user's cache nor the system's temporary folder has such a place.
+    sources too. Raises `BadInput` when there is no place for it.
     """
-    own = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "mpmbench"
-    refused = []
-    for home in (own, Path(tempfile.gettempdir()) / f"mpmbench-{os.getuid()}"):
-        try:
-            return folder_in(private_folder(home))
-        except OSError as error:
-            refused.append(f"{home} {str(error.strerror).lower()}")
-    what = "compiled kernels, which are run, need a folder that only this user can write to"
-    raise BadInput(f"{what}: {' and '.join(refused)}; name another one in XDG_CACHE_HOME")
-
-
-def folder_in(home: Path) -> Path:
-    """The folder for these sources in that of all kernels; those of old sources are removed."""
-    folder = home / sources_hash()
-    start_from(home / sources_hash(with_plugins=False), folder)
+    home = cache_home()
+    without, with_plugins = sources_hashes()
+    folder = home / with_plugins
+    start_from(home / without, folder)
     folder.mkdir(exist_ok=True)
     os.utime(folder)
     for other in home.iterdir():

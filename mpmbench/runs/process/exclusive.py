@@ -16,8 +16,8 @@ from functools import cache
 from pathlib import Path
 from typing import IO
 
+from mpmbench.results.private import private_folder
 from mpmbench.runs.process.locks import LocksRefused, locked, say_refused
-from mpmbench.runs.process.private import private_folder
 from mpmbench.say import say
 from mpmbench.settings.schema import BadInput
 

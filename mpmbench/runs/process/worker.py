@@ -10,9 +10,9 @@ from typing import Any
 
 import numba
 import numpy as np
-import xarray as xr
 
 from mpmbench import case
+from mpmbench.case import Outcome
 from mpmbench.case.output import scalar
 from mpmbench.core.end_state import EndState, from_numbers
 from mpmbench.core.errors import BadSetting, NotApplicable
@@ -82,24 +82,26 @@ def run(
     """
     started, before = time.perf_counter(), reading()
     forget_peak_memory()
-    dataset = solve(config, progress_to(line), shorter)
+    outcome = solve(config, progress_to(line), shorter)
     seconds, load = time.perf_counter() - started, load_between(before, reading())
     memory = scalar(peak_memory(), "MiB", "peak resident memory of the process")
-    dataset.update(
-        {"wall_time": scalar(seconds, "s", "wall-clock time of the run"), "peak_memory": memory}
-    )
+    outcome.variables |= {
+        "wall_time": scalar(seconds, "s", "wall-clock time of the run"),
+        "peak_memory": memory,
+    }
     timings = {name: [value] for name, value in load.items()}
-    if dataset.attrs["status"] == "ok" and attributes["timing_context"] == "exclusive":
+    if outcome.attrs["status"] == "ok" and attributes["timing_context"] == "exclusive":
         if undisturbed_since(began):
-            now = {f"{clock}s": float(dataset[clock]) for clock in CLOCKS} | load
+            now = {f"{clock}s": float(outcome.variables[clock][1]) for clock in CLOCKS} | load
             earlier = {name: [*earlier.get(name, []), now[name]] for name in UNITS}
-        dataset.attrs["timing_context"] = "exclusive" if earlier else "shared"
+        outcome.attrs["timing_context"] = "exclusive" if earlier else "shared"
         if earlier:
             timings = earlier
             for clock in CLOCKS:
-                dataset[clock] = dataset[clock].copy(data=np.median(timings[f"{clock}s"]))
-    dataset.attrs |= timings | {"timings": SAID}
-    return finish(dataset, attributes, target)
+                dims, _, labels = outcome.variables[clock]
+                outcome.variables[clock] = dims, np.median(timings[f"{clock}s"]), labels
+    outcome.attrs |= timings | {"timings": SAID}
+    return finish(outcome, attributes, target)
 
 
 def end_of(target: str) -> EndState:
@@ -139,57 +141,57 @@ def record(
 ) -> dict[str, Any]:
     """Write the file of a run that did not; `known` has value, units and long name of scalars."""
     scalars = {name: scalar(*said) for name, said in known.items()}
-    return finish(xr.Dataset(scalars), attributes, target)
+    return finish(Outcome(scalars, {}), attributes, target)
 
 
 def solve_only(config: dict[str, Any]) -> dict[str, Any]:
     """Run one case and keep nothing; for filling the cache of compiled kernels."""
-    dataset = solve(config, None)
-    return {"status": dataset.attrs["status"], "reason": dataset.attrs.get("reason", "")}
+    outcome = solve(config, None)
+    return {"status": outcome.attrs["status"], "reason": outcome.attrs.get("reason", "")}
 
 
-def solve(config: dict[str, Any], progress: Any, shorter: str = "") -> xr.Dataset:
-    """The case's Dataset; whatever it raises becomes a status and a reason."""
+def solve(config: dict[str, Any], progress: Any, shorter: str = "") -> Outcome:
+    """What came of the case; whatever it raises becomes a status and a reason."""
     try:
         numba.set_num_threads(config["threads"])
-        return case.solve(config, progress, end_of(shorter) if shorter else None)
+        return case.run(config, progress, end_of(shorter) if shorter else None)
     except MemoryError:
-        return xr.Dataset(attrs={"status": "out_of_memory", "reason": "an allocation was refused"})
+        return Outcome({}, {"status": "out_of_memory", "reason": "an allocation was refused"})
     except NotApplicable as error:
-        return xr.Dataset(attrs={"status": "not_applicable", "reason": str(error)})
+        return Outcome({}, {"status": "not_applicable", "reason": str(error)})
     except BaseException as error:  # sys.exit too
         text = "".join(traceback.format_exception(error)).encode("utf-8", "replace").decode()
-        return xr.Dataset(attrs={"status": "crashed", "reason": explain(error), "traceback": text})
+        return Outcome({}, {"status": "crashed", "reason": explain(error), "traceback": text})
 
 
-def finish(dataset: xr.Dataset, attributes: dict[str, Any], target: str) -> dict[str, Any]:
+def finish(outcome: Outcome, attributes: dict[str, Any], target: str) -> dict[str, Any]:
     """Add the attributes that the case did not set, write the file and summarise it."""
-    own = {key: value for key, value in dataset.attrs.items() if value is not None}
+    own = {key: value for key, value in outcome.attrs.items() if value is not None}
     if own.get("status", "ok") not in STATUSES:  # a plug-in's own
         own |= {"status": "crashed", "reason": f"{own['status']}: {own.get('reason', '')}"}
-    dataset.attrs = {"reason": "", **attributes, **library_versions(), **own}
+    outcome.attrs = {"reason": "", **attributes, **library_versions(), **own}
     unwritten = ""
     try:
         scalars = {
-            str(name): (float(variable), str(variable.attrs.get("units", "")))
-            for name, variable in dataset.data_vars.items()
-            if variable.ndim == 0
+            name: (float(value), str(labels.get("units", "")))
+            for name, (_, value, labels) in outcome.variables.items()
+            if np.ndim(value) == 0
         }
-        netcdf.write(dataset, Path(target))
+        netcdf.write(outcome.variables, outcome.attrs, Path(target))
     except OSError as error:
         unwritten = f"the result could not be written to {target}: {error.strerror or error}"
     except (ValueError, TypeError) as error:  # a plug-in's variable is none that a file can hold
-        if not dataset.variables:
+        if not outcome.variables:
             raise
         failed = {"status": "crashed", "reason": f"its result fits into no file: {explain(error)}"}
-        return finish(xr.Dataset(attrs=failed), attributes, target)
+        return finish(Outcome({}, failed), attributes, target)
     return {
-        "status": dataset.attrs["status"],
-        "reason": dataset.attrs["reason"],
+        "status": outcome.attrs["status"],
+        "reason": outcome.attrs["reason"],
         "scalars": scalars,
         "unwritten": unwritten,
-        "timings": {name: dataset.attrs[name] for name in UNITS if "solver_times" in dataset.attrs},
-        "has_traceback": "traceback" in dataset.attrs,
+        "timings": {name: outcome.attrs[name] for name in UNITS if "solver_times" in outcome.attrs},
+        "has_traceback": "traceback" in outcome.attrs,
     }
 
 

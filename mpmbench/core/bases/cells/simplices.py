@@ -5,12 +5,11 @@ Barycentric coordinates of a particle are its state, as are the parametric coord
 """
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from mpmbench.core.bases.cells.quads import MovingCells
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.errors import BadSetting, BrokeDown
-from mpmbench.core.geometry import Cloud
+from mpmbench.core.geometry import Cloud, search_tree
 from mpmbench.core.geometry.outside import first_outside_box
 
 NEAREST = 16  # simplices by their barycentres that are tried before all others
@@ -55,7 +54,7 @@ class SimplexSearch:
     """
 
     def __init__(self, nodes: np.ndarray, simplices: np.ndarray, edges: np.ndarray) -> None:
-        self._tree = cKDTree(nodes[simplices].mean(axis=1))
+        self._tree = search_tree(nodes[simplices].mean(axis=1))
         self._corners, self.inverse = nodes[simplices[:, 0]], np.linalg.inv(edges)
 
     def find(self, x: np.ndarray, guess: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:

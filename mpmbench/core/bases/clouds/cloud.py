@@ -6,16 +6,16 @@ takes in the next nearest node, and the next (Iaconeta 2017, section 5.3).
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from mpmbench.core.bases import StoredBasis
 from mpmbench.core.bases.clouds.search import fill_buckets, list_near, make_buckets
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import threads
 from mpmbench.core.errors import BadSetting, BrokeDown
+from mpmbench.core.geometry import search_tree
 from mpmbench.core.geometry.outside import first_outside_box
 
 SLACK = 1e-12  # of the radius: so far outside the box of fixed nodes is round-off
@@ -67,7 +67,7 @@ class CloudBasis(StoredBasis):
             raise BadSetting("nodes", len(self.nodes), f"at least {least} nodes")
         self.radius, self.minimum_nodes = radius, minimum_nodes
         self._fill_points = fill
-        self._tree: cKDTree | None = None  # for repairs only
+        self._tree: Any = None  # for repairs only
         self._buckets = make_buckets(self.nodes, np.full(len(self.nodes), radius), True)
         self._width = min(len(self.nodes), max(minimum_nodes, 2 * self.nodes.shape[1]) + SPARE)
         slack = np.finfo(float).max if moving else SLACK * radius
@@ -167,7 +167,7 @@ class CloudBasis(StoredBasis):
 
     def _nearest(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Distances and numbers of the nearest nodes: all within the radius, a few to spare."""
-        self._tree = self._tree or cKDTree(self.nodes)
+        self._tree = self._tree or search_tree(self.nodes)
         while True:
             found = self._tree.query(x, k=np.arange(1, self._width + 1))
             distance, near = np.asarray(found[0]), np.asarray(found[1], dtype=np.int64)

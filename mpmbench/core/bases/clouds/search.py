@@ -8,9 +8,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from mpmbench.core.compiled import lean
+from mpmbench.core.geometry import search_tree
 
 
 class Buckets(NamedTuple):
@@ -148,5 +148,5 @@ def make_buckets(nodes: np.ndarray, support: np.ndarray, local: bool) -> Buckets
 
 def nearest_distances(nodes: np.ndarray) -> np.ndarray:
     """Distance from each node to the nearest one [m], shape (N,): zeta_i of Wobbes 2020, Eq. 88."""
-    distances, _ = cKDTree(nodes).query(nodes, k=2)
+    distances, _ = search_tree(nodes).query(nodes, k=2)
     return np.asarray(distances)[:, 1]

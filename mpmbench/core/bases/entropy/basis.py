@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from mpmbench.core.bases import Basis, BasisSettings, Promises
 from mpmbench.core.bases.clouds.search import fill_buckets, make_buckets
@@ -24,6 +23,7 @@ from mpmbench.core.bases.entropy.solve import DONE, FLAT, OUTSIDE, STALLED, TOO_
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.compiled import threads
 from mpmbench.core.errors import BadSetting, BrokeDown, NotConverged
+from mpmbench.core.geometry import search_tree
 from mpmbench.core.geometry.hull import Hull
 from mpmbench.core.particles import Particles
 from mpmbench.core.setting import setting
@@ -126,9 +126,11 @@ class EntropyBasis(Basis):
         """As any basis; massless points that find no functions at the hull go with their nearest node."""
         self._particles = particles
         solid = particles.material  # tracers are not strained: theirs is the nearest one's
-        self._nearest = np.asarray(cKDTree(particles.X[solid]).query(particles.X[solid.stop :])[1])
+        self._nearest = np.asarray(
+            search_tree(particles.X[solid]).query(particles.X[solid.stop :])[1]
+        )
         if self._scale is not None:
-            self._point_scale = self._scale[cKDTree(self.nodes).query(particles.X)[1]]
+            self._point_scale = self._scale[search_tree(self.nodes).query(particles.X)[1]]
 
     def admit(self, admitted: Callable[[np.ndarray], np.ndarray]) -> None:
         """See only the nodes that ``admitted(nodes)`` marks, shape (N,) of bool; it is asked after each move."""
@@ -217,7 +219,7 @@ class EntropyBasis(Basis):
         metric = Metric.identity(len(x), self.nodes.shape[1])
         if self._particles is not None:
             solid = self._particles.material
-            _, nearest = cKDTree(self._particles.x[solid]).query(x)
+            _, nearest = search_tree(self._particles.x[solid]).query(x)
             self._measure(self._particles.F[solid][nearest], metric, nearest)
         return self.cloud._replace(metric=metric)
 

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from mpmbench.settings.files import BadInput
+
 
 def private_folder(place: Path) -> Path:
     """`place` as a folder of this user, made where it is not there, that others cannot enter.
@@ -49,3 +51,24 @@ def temporary_folder(prefix: str) -> Iterator[Path]:
         yield folder
     finally:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def cache_home() -> Path:
+    """Where compiled kernels are kept, and what else may be computed anew.
+
+    What numba finds there it runs: the folder has to be this user's alone.
+
+    Raises
+    ------
+    BadInput
+        When neither the user's cache nor the system's temporary folder has such a place.
+    """
+    own = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "mpmbench"
+    refused = []
+    for home in (own, Path(tempfile.gettempdir()) / f"mpmbench-{os.getuid()}"):
+        try:
+            return private_folder(home)
+        except OSError as error:
+            refused.append(f"{home} {str(error.strerror).lower()}")
+    what = "compiled kernels, which are run, need a folder that only this user can write to"
+    raise BadInput(f"{what}: {' and '.join(refused)}; name another one in XDG_CACHE_HOME")
