@@ -2,7 +2,9 @@
 
 ``rho_0 u'' = P_X`` with ``P = E ln J`` on a bar of length l, stretched uniformly, with both ends
 held and a random velocity of 1e-10 m/s. The tangent modulus E / J is positive, so that the bar
-itself is stable at any stretch; whatever grows is the tensile instability of the discretisation.
+itself is stable at any stretch; whatever grows is the tensile instability of the discretisation. Its
+waves have the frequency ``k sqrt(E / (rho_0 J))``, k in the unstretched bar. What a step makes of small
+waves (`core.linearised`, `analysis.von_neumann`) predicts how fast they grow.
 """
 
 from collections.abc import Callable
@@ -11,10 +13,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from mpmbench.analysis import von_neumann
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Box, Geometry
 from mpmbench.core.geometry.triangulate import irregular_line, nodal_volumes, seed_segments
+from mpmbench.core.linearised import responses
 from mpmbench.core.materials import Material
 from mpmbench.core.materials.elastic.elastic_fluid import ElasticFluid
 from mpmbench.core.particles import Particles
@@ -26,6 +30,8 @@ from mpmbench.core.transfer.sums import p2g_internal_force
 from mpmbench.problems import Fields, Problem
 
 UNSTABLE = 100.0  # growth beyond this is an instability: what is bounded oscillates near 1
+GROWN = 1e6  # the rate of growth is that between these multiples of the start
+WAVES = np.pi * np.arange(41) / 40  # of the prediction, in radians per cell
 
 
 @register("problem", "prestretched_bar")
@@ -96,6 +102,10 @@ class PrestretchedBar(Problem):
         state.basis.locate(p.x)
         p2g_internal_force(state.basis.handle, p.x, p.V, p.sigma, force)
         state.dead_load = -force
+        if "responses" not in state.records:
+            assert state.geometry is not None
+            state.record("responses", responses(state, dt))
+            state.record("spacing", self.reference_length / (len(state.geometry.points) - 1))
 
     # exact solution
 
@@ -119,7 +129,7 @@ class PrestretchedBar(Problem):
     def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
         disturbance = np.array(solution.history["disturbance"])
         growth = float(disturbance.max() / disturbance[0])
-        return {
+        out: dict[str, tuple[Any, ...]] = {
             "disturbance": (disturbance, "m s-1", "root mean square velocity"),
             "growth": (growth, "1", "largest disturbance over the initial one"),
             "is_stable": (
@@ -128,3 +138,49 @@ class PrestretchedBar(Problem):
                 f"growth stays below {UNSTABLE:g}",
             ),
         }
+        time = np.array(solution.history["time"])
+        text = f"rate at which the disturbance goes from {UNSTABLE:g} to {GROWN:g} of the start"
+        out["growth_rate"] = (growth_rate(time, disturbance), "s-1", text)
+        if "responses" in solution.records:
+            out |= self._waves(solution, material)
+        return out
+
+    def _waves(self, solution: Solution, material: Material) -> dict[str, tuple[Any, ...]]:
+        """Frequencies of waves and how fast they grow, by von Neumann's analysis of the first step."""
+        assert isinstance(material, ElasticFluid)
+        dt, h = solution.time_step, solution.records["spacing"][0]
+        factors = von_neumann.factors(solution.records["responses"][0], WAVES)
+        rates = von_neumann.growth_rates(factors, dt)
+        speed = np.sqrt(material.bulk_modulus / (material.density * self.stretch))
+        frequencies, exact = von_neumann.frequencies(factors, dt), WAVES / h * speed
+        return {
+            "wave_number": (WAVES, "rad", "waves of the analysis, by cell", ("wave",)),
+            "wave_frequency": (
+                frequencies,
+                "rad s-1",
+                "frequency of the fastest part of a wave",
+                ("wave",),
+            ),
+            "wave_frequency_exact": (
+                exact,
+                "rad s-1",
+                "frequency of a wave in the bar",
+                ("wave",),
+            ),
+            "shortest_wave": (
+                float(frequencies[-1] / exact[-1]),
+                "1",
+                "frequency of the wave of two cells over the exact one",
+            ),
+            "wave_growth_rate": (rates, "s-1", "rate at which a wave grows", ("wave",)),
+            "growth_rate_predicted": (float(rates.max()), "s-1", "largest rate of growth of waves"),
+        }
+
+
+def growth_rate(time: np.ndarray, disturbance: np.ndarray) -> float:
+    """Mean rate [1/s] between the first instants beyond both multiples of the start; nan where there are none."""
+    late = [np.flatnonzero(disturbance > times * disturbance[0]) for times in (UNSTABLE, GROWN)]
+    if len(late[1]) == 0 or late[0][0] == late[1][0]:
+        return float("nan")
+    one, two = late[0][0], late[1][0]
+    return float(np.log(disturbance[two] / disturbance[one]) / (time[two] - time[one]))
