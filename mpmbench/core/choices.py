@@ -49,6 +49,7 @@ class Choices(Settings):
     transfer = "flip"  # of velocities between particles and nodes, by its name
     gradient = "functions"  # derivatives of the functions, affine or conforming
     traction = "end_point"  # where a point load acts, or last_particle
+    drag = 0.0  # force against the velocity over mass and velocity [1/s]
     dirichlet = "direct"  # boundary points are held by their nodes
 
     @property

@@ -23,6 +23,7 @@ LATER: dict[tuple[str, str], dict[str, Any]] = {
     ("material", "newtonian_fluid"): {"tension": "carried"},
     ("problem", "cantilever_dynamic"): {"behind": "room", "length": 4.0, "height": 1.0},
     ("problem", "cantilever_self_weight"): {"length": 8.0, "height": 1.0},
+    ("problem", "compaction_column"): {"rise_time": 1.0},
     ("problem", "friction_slope"): {"length": 0.1, "height": 0.05},
     ("problem", "patch_test"): {"particle_layout": "triangles"},
     ("problem", "rolling_disk"): {"plane": "nodes", "friction": None},
@@ -31,7 +32,7 @@ LATER: dict[tuple[str, str], dict[str, Any]] = {
 # The same for keys of all methods whose time loop is the explicit or the implicit one or derives
 # from it, which those have that have the first key.
 LATER_OF_LOOPS: dict[str, dict[str, Any]] = {
-    "mass_cutoff": {"transfer_order": 2, "gradient": "functions", "separation": 1.0},
+    "mass_cutoff": {"transfer_order": 2, "gradient": "functions", "separation": 1.0, "drag": 0.0},
     "step_halvings": {"volumetric": "standard", "gradient": "functions"},
 }
 # Groups that came later, with the choice that does what was done before.

@@ -133,3 +133,17 @@ def test_nothing_compares_the_name_of_a_time_loop() -> None:
             if isinstance(node, ast.Compare):
                 text = ast.unparse(node)
                 assert "choices.time" not in text, f"{file.name}: {text}"
+
+
+@pytest.mark.parametrize("mass", ("lumped", "consistent"))
+def test_drag_takes_its_share_of_the_velocity_in_every_step(mass: str) -> None:
+    """``v <- (1 - drag dt) v`` of a body that flies, the work of which is counted as external."""
+    dt, drag, n = loops.TIME_STEP, 40.0, 20
+    choices = Explicit(drag=drag, mass=mass)
+    assert choices.promises.conserves == {"mass"}
+    state = loops.MethodCase(choices, 1).block(lambda x: np.full_like(x, 2.0))
+    assert loops.steps(state, n, dt).passed
+    v = 2.0 * (1.0 - drag * dt) ** n
+    assert np.allclose(state.particles.v, v, rtol=1e-10)
+    work, gone = state.external_work, 0.5 * state.particles.m.sum() * (v**2 - 4.0)
+    assert work == pytest.approx(gone, rel=drag * dt)

@@ -31,14 +31,14 @@ def test_a_paper_has_one_stated_set_up_and_few_others(name):
     assert any(set_up.open for set_up in others)
 
 
-@pytest.mark.parametrize("name", (*PAPERS, "family"))
+@pytest.mark.parametrize("name", (*PAPERS, "family", "family_studies"))
 def test_without_runs_nothing_is_decided(name):
     paper = find(name)
     for claim in paper.claims:
         assert judge(claim, Campaigns(), paper.set_ups).answer == UNDECIDED, claim.name
 
 
-@pytest.mark.parametrize("name", (*PAPERS, "family"))
+@pytest.mark.parametrize("name", (*PAPERS, "family", "family_studies"))
 def test_every_experiment_has_a_chapter(name):
     """What a paper leaves open is not only run and judged but shown."""
     rooms = (Path(mpmbench.__file__).parent / "papers" / name).glob("*.py")

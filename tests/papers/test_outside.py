@@ -33,7 +33,9 @@ def brought(folder: Path, monkeypatch, text: str | None = None) -> Path:
 
 
 def test_is_found_beside_ours(sample) -> None:
-    assert papers.names() == ["bar_orders", "family", "iaconeta2017", "li2009", "wobbes2020"]
+    assert papers.names() == [
+        *("bar_orders", "family", "family_studies", "iaconeta2017", "li2009", "wobbes2020")
+    ]
     assert papers.find("bar_orders").claims[0].name == "order"
     with pytest.raises(KeyError):
         papers.find("nobody2020")

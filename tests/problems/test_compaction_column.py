@@ -5,9 +5,11 @@ import pytest
 from scipy.special import lambertw
 
 from mpmbench.analysis.slopes import fitted_order
+from mpmbench.case import read
 from mpmbench.core import registry
 from mpmbench.core.choices import Choices
-from tests.core.support import run
+from mpmbench.core.errors import NotApplicable
+from tests.core.support import compose, run
 
 
 def law(name: str, **settings: float) -> object:
@@ -98,3 +100,30 @@ def test_splines_stay_and_linear_functions_cross_cells() -> None:
         for basis in ("bspline", "linear")
     }
     assert errors["bspline"] < 0.01 < 0.03 < errors["linear"], errors
+
+
+def test_explicit_methods_need_a_drag() -> None:
+    with pytest.raises(NotApplicable, match=r"method\.drag"):
+        read(compose("compaction_column", "tlmpm", "linear"))
+    keys = {"method__drag": 0.7, "problem__rise_time": 60.0}
+    problem = read(compose("compaction_column", "tlmpm", "linear", **keys)).problem
+    assert [problem.load(t) for t in (0.0, 30.0, 60.0, 90.0)] == [0.0, 0.5, 1.0, 1.0]
+    static = read(compose("compaction_column", "fem", "linear", problem__rise_time=60.0)).problem
+    assert static.load(0.3) == 0.3
+
+
+@pytest.mark.slow
+def test_dynamic_relaxation_ends_in_the_closed_form() -> None:
+    """Total Lagrangian with splines on 16 cells: 24.0596 m and -40 kPa to 1e-4, at rest; hats come with order 2."""
+    keys = {"method__drag": 0.7, "problem__rise_time": 60.0, "end_time": 200.0}
+    found = run("compaction_column", "tlmpm", "bspline", resolution=16, **keys)
+    assert float(found.height) == pytest.approx(24.0596, rel=1e-4)
+    assert float(found.base_stress) == pytest.approx(-40e3, rel=1e-4)
+    assert float(found.kinetic_share) < 1e-10
+    errors = [
+        float(
+            run("compaction_column", "tlmpm", "linear", resolution=n, **keys).error_height_relative
+        )
+        for n in (8, 16)
+    ]
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)

@@ -87,6 +87,12 @@ class Explicit(TimeLoop):
         "derivatives, those of the nearest affine field as in MLS-MPM, or means over Voronoi cells as in SCNI",
         options=("functions", "affine", "conforming"),
     )
+    drag: float = setting(
+        0.0,
+        "force against the velocity over mass and velocity, which brings a body to rest in its equilibrium",
+        unit="1/s",
+        least=0.0,
+    )
     velocity_lag: ClassVar[float] = 0.5
     meets_walls: ClassVar[bool] = True
     stress: ClassVar[Any] = staticmethod(cauchy_stress)
@@ -114,6 +120,8 @@ class Explicit(TimeLoop):
             kept |= {"angular_momentum", "energy"}
         elif transfer.energy:
             kept.add("energy")
+        if self.drag > 0.0:
+            return LoopPromises(frozenset({"mass"}), self.mass == "consistent" or transfer.affine)
         order = None  # known for the usual order of things only
         if self.stress_update == "usl" and not self.frozen:
             on_nodes = find_transfer(self.transfer).velocity_on_nodes
@@ -201,6 +209,8 @@ def step(s: State, dt: float) -> None:
         np.subtract(n.v, n.v_old, out=n.a), dt, out=n.a
     )  # on fixed components; the solve overwrites the rest
     s.mass.solve(n.f, n.a)  # Eqs. 22, 93
+    if choices.drag > 0.0:
+        np.subtract(n.a, choices.drag * n.v_old, out=n.a, where=~s.fixed)
     np.add(n.v_old, np.multiply(n.a, dt, out=n.v), out=n.v)  # Eqs. 24, 51, 94
     np.copyto(n.v_last, n.v_old, where=n.new)
     by_walls, by_contact = s.walls.hold(s, dt), s.contact.hold(s, dt)
@@ -210,6 +220,10 @@ def step(s: State, dt: float) -> None:
     s.external_work += by_loads + by_reaction
     by_forces = dt * (float(np.vdot(n.f, n.v_last)) + s.contact.power(n.v)) + by_loads
     s.give(0.5 * by_forces + by_walls + by_contact + by_reaction)
+    if choices.drag > 0.0:
+        lost = dt * choices.drag * float(np.vdot(s.mass.multiply(n.v_old), n.v))
+        s.external_work -= lost
+        s.give(-lost)
     loaded = p.x[s.traction_particle]
 
     if choices.stress_update == "usl":
