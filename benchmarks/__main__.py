@@ -9,20 +9,6 @@ from statistics import median
 
 import numpy as np
 
-from benchmarks import goals, mutants, peers, reference
-from benchmarks.campaigns import campaign, overhead, program, seconds_of
-from benchmarks.compiling import compiling
-from benchmarks.contact import contact
-from benchmarks.family import family, transfers
-from benchmarks.functions import functions
-from benchmarks.goals import measured
-from benchmarks.implicit import implicit
-from benchmarks.measure import REPEATS, interleaved, plate
-from benchmarks.power import power
-from benchmarks.reference_numpy import numpy_step
-from benchmarks.roofline import roofline
-from benchmarks.scaling import scaling, sizes, users
-from benchmarks.taylor import taylor
 from mpmbench import case
 from mpmbench.core import registry
 from mpmbench.core.bases.grid.product import GridBasis
@@ -32,6 +18,21 @@ from mpmbench.core.geometry import Box, Cloud
 from mpmbench.core.loops.explicit import step
 from mpmbench.core.particles import Particles
 from mpmbench.runs.hydra import compose
+
+from . import goals, mutants, peers, reference
+from .campaigns import campaign, overhead, program, seconds_of
+from .compiling import compiling
+from .contact import contact
+from .family import family, transfers
+from .functions import functions
+from .goals import measured
+from .implicit import implicit
+from .measure import REPEATS, interleaved, plate
+from .power import power
+from .reference_numpy import numpy_step
+from .roofline import roofline
+from .scaling import scaling, sizes, users
+from .taylor import taylor
 
 TIME_STEP = 1e-6  # [s], stable on the finest grid below
 
@@ -123,7 +124,7 @@ def evaluations() -> None:
 def evaluation(basis, points: np.ndarray) -> Callable[[], object]:  # type: ignore[no-untyped-def]
     """A task that computes every function once: kept on the fly on grids, stored on clouds."""
     if isinstance(basis, GridBasis):
-        from benchmarks.sweep import evaluate_all
+        from .sweep import evaluate_all
 
         return lambda: evaluate_all(basis.handle, points)
     return lambda: basis.locate(points)
@@ -213,7 +214,7 @@ def main(arguments: list[str]) -> int:
     if "--large" in arguments or "--write" in arguments:
         return peers.main([word for word in arguments if word != "peers"])
     parser = argparse.ArgumentParser(
-        prog="python -m benchmarks",
+        prog=f"python -m {__package__}",
         description="Measure the speed of the program; only on a quiet machine do figures mean much.",
         epilog="sections: " + ", ".join(SECTIONS) + "; 'peers --write', 'reference' and 'mutants' "
         "have options of their own",

@@ -9,8 +9,9 @@ from statistics import mean, median
 from time import perf_counter
 
 import mpmbench
-from benchmarks.goals import measured
 from mpmbench.settings.files import shipped_folder
+
+from .goals import measured
 
 ROUNDS = 5
 FEW, MANY = 1, 41  # runs of two sweeps, whose difference is free of what a command costs

@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from benchmarks.goals import measured
-from benchmarks.measure import interleaved
 from mpmbench import case
 from mpmbench.core.compiled import threads
 from mpmbench.core.loops.explicit import step
 from mpmbench.core.state import State
 from mpmbench.runs.hydra import compose
+
+from .goals import measured
+from .measure import interleaved
 
 RULES = {
     "OTM, shared": ["method=otm", "basis=lme", "contact=shared"],

@@ -1,9 +1,10 @@
 """What the members of the family cost beside their plain relatives, and what transfers lose."""
 
-from benchmarks.goals import measured
-from benchmarks.measure import interleaved, plate
 from mpmbench.contracts.audit import audit
 from mpmbench.core.loops.explicit import Explicit, step
+
+from .goals import measured
+from .measure import interleaved, plate
 
 TIME_STEP = 1e-6  # [s]
 TRANSFERS = (

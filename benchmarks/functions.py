@@ -5,11 +5,12 @@ from time import perf_counter
 
 import numpy as np
 
-from benchmarks.goals import measured
-from benchmarks.measure import REPEATS
 from mpmbench.core import registry
 from mpmbench.core.compiled import threads
 from mpmbench.core.geometry import Box, Cloud, tensor_points
+
+from .goals import measured
+from .measure import REPEATS
 
 # Cells a side, and particles along each axis of a cell.
 SIZES = {2: (128, 4), 3: (24, 2)}

@@ -4,14 +4,15 @@ from time import process_time
 
 import numpy as np
 
-from benchmarks.goals import measured
-from benchmarks.measure import interleaved
 from mpmbench import case
 from mpmbench.core.implicit.newton import Equations
 from mpmbench.core.implicit.step import prepare
 from mpmbench.core.loads import external_force
 from mpmbench.core.state import State
 from mpmbench.runs.hydra import compose
+
+from .goals import measured
+from .measure import interleaved
 
 PAIRS = (("fem", "linear"), ("implicit_mpm", "linear"), ("gmm", "mls"), ("gmm", "lme"))
 

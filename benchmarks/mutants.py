@@ -28,7 +28,7 @@ import numba
 import yaml
 from numba.core.serialize import dumps
 
-from benchmarks.mutations import Mutant, draw
+from .mutations import Mutant, draw
 
 CHECKOUT = Path(__file__).parents[1]
 LISTS = Path(__file__).with_suffix(".yaml")  # near tests, named mutants, those that change nothing
@@ -314,6 +314,9 @@ def arguments(words: list[str]) -> argparse.Namespace:
 def main(words: list[str]) -> int:
     """Run what is not in the results, and print the table."""
     chosen = arguments(words)
+    if not (CHECKOUT / "tests").is_dir():
+        print("mutants: they are judged by the tests, which only a folder of the sources has")
+        return 2
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # the changed file is put back
     lists = yaml.safe_load(LISTS.read_text(encoding="utf-8"))
     equivalent = {entry["name"]: entry["reason"] for entry in lists["equivalent"]}

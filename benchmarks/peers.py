@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.goals import measured
 from mpmbench.commands.compare.ratio import Ratio, ratio_of
 from mpmbench.core import registry
 from mpmbench.core.compiled import threads
@@ -27,6 +26,8 @@ from mpmbench.core.particles import Particles, seed_cells
 from mpmbench.core.simulation import Body, build_state
 from mpmbench.core.state import State
 from mpmbench.results.provenance import processor
+
+from .goals import measured
 
 PEERS = {"taichi": "Taichi", "warp": "warp"}  # module, and what it is called
 BASES = {1: "linear", 2: "bspline"}
@@ -151,7 +152,7 @@ def case(
     state = block(dim, cells, empty, particles_per_cell, degree)
     start = start_of(state, cells, degree)
     contenders: dict[str, Any] = {
-        name: importlib.import_module(f"benchmarks.peers_{name}").Peer(start) for name in peers
+        name: importlib.import_module(f"{__package__}.peers_{name}").Peer(start) for name in peers
     }
     contenders["mpmbench"] = Ours(state)
     times, far = rounds(contenders)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from benchmarks.peers import Start
+from .peers import Start
 
 
 class Peer:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from benchmarks.peers import Start
+from .peers import Start
 
 wp.config.quiet = True
 wp.config.enable_backward = False

@@ -245,7 +245,7 @@ def check(only: str) -> int:
 
 def main(arguments: list[str]) -> int:
     """``reference --store`` or ``reference --check [--only SUBSTRING]``."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks reference")
+    parser = argparse.ArgumentParser(prog=f"python -m {__package__} reference")
     action = parser.add_mutually_exclusive_group(required=True)
     action.add_argument("--store", action="store_true", help="compute and keep all runs")
     action.add_argument("--check", action="store_true", help="compute again and compare")

@@ -21,13 +21,14 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from benchmarks.measure import REPEATS, plate
 from mpmbench.core.compiled import lean, matrix, threads
 from mpmbench.core.compiled.rows import LANES, fill_row, multiply_and_add
 from mpmbench.core.loops.explicit import carry, step
 from mpmbench.core.state import State
 from mpmbench.core.transfer.carry import Update
 from mpmbench.results.provenance import processor
+
+from .measure import REPEATS, plate
 
 ELEMENTS = 40_000_000  # 320 MB each
 CHAINS = (0.0,) * 12  # enough to hide how long one takes, and few enough for the registers

@@ -6,9 +6,6 @@ from time import perf_counter
 
 import numpy as np
 
-from benchmarks.goals import measured
-from benchmarks.implicit import build
-from benchmarks.measure import REPEATS
 from mpmbench.core.compiled import threads
 from mpmbench.core.guards import guard
 from mpmbench.core.implicit.newton import Equations
@@ -16,6 +13,10 @@ from mpmbench.core.implicit.step import prepare
 from mpmbench.core.loads import external_force
 from mpmbench.core.simulation import Solution, Watch
 from mpmbench.core.state import State
+
+from .goals import measured
+from .implicit import build
+from .measure import REPEATS
 
 THREADS = (1, 2)
 TURN = 0.2  # [s] of calls in a turn

@@ -2,14 +2,15 @@
 
 import numpy as np
 
-from benchmarks.goals import measured
-from benchmarks.measure import interleaved
 from mpmbench import case
 from mpmbench.core.compiled import threads
 from mpmbench.core.guards import guard
 from mpmbench.core.loops.explicit import step, total_force, update_particles
 from mpmbench.core.state import State
 from mpmbench.runs.hydra import compose
+
+from .goals import measured
+from .measure import interleaved
 
 RESOLUTION = 4  # cells along the radius: 3,840 particles of a quarter
 SETTLED = 200  # steps before the first measurement: the foot has begun to spread

@@ -2,9 +2,11 @@
 
 The reference is made from the declarations in the sources, and the gallery by running every problem
 and every example. What was run before is kept in ``docs/_build/results``. The exit code is 1 when
-Sphinx warns or a link leads nowhere.
+Sphinx warns or a link leads nowhere. With ``--quick`` one problem is run and the gallery shows those
+that were run before: for a look at the text.
 """
 
+import argparse
 import contextlib
 import io
 import os
@@ -16,8 +18,11 @@ import tempfile
 from html.parser import HTMLParser
 from inspect import isfunction
 from pathlib import Path
-from typing import get_origin
+from typing import Any, get_origin
 from urllib.parse import unquote, urlsplit
+
+from matplotlib.figure import Figure
+from matplotlib.image import imread
 
 DOCS = Path(__file__).resolve().parent
 ROOT, BUILD = DOCS.parent, DOCS / "_build"
@@ -29,6 +34,8 @@ from mpmbench.commands import compare  # noqa: E402
 from mpmbench.commands.help import lines_of  # noqa: E402
 from mpmbench.commands.list import sentences_of  # noqa: E402
 from mpmbench.commands.verbs import VERBS  # noqa: E402
+from mpmbench.report.notebook import Result  # noqa: E402
+from mpmbench.report.picture import rendered  # noqa: E402
 from mpmbench.results import layout, netcdf  # noqa: E402
 from mpmbench.settings.schema import GROUPS, declared, description, options  # noqa: E402
 from mpmbench.settings.words import about, in_yaml  # noqa: E402
@@ -141,13 +148,11 @@ def api() -> list[str]:
     return page
 
 
-def run_problems() -> dict[str, Path]:
+def run_problems(quick: bool) -> dict[str, Path]:
     """Every problem, and its result file; what was run before is kept."""
     usual = [name for name in options("problem") if name not in CHOICES]
-    for words in (
-        [f"problem={','.join(usual)}"],
-        *(line.split() for line in map(words_of, CHOICES)),
-    ):
+    sweeps = [[f"problem={','.join(usual)}"], *(words_of(name).split() for name in CHOICES)]
+    for words in [["problem=bar_fixed_ends"]] if quick else sweeps:
         command = [
             sys.executable,
             "-m",
@@ -177,7 +182,8 @@ def gallery(found: dict[str, Path]) -> list[str]:
     """A contact sheet of `show` on every problem, and the examples with what they print."""
     pictures = SOURCE / "pictures"
     pictures.mkdir()
-    sheet = ["# Gallery", "", "A contact sheet: `show` on a run of every problem.", ""]
+    drawn: dict[str, Path] = {}
+    sheet = []
     for name in options("problem"):
         sheet += [f"## {name}", "", description("problem", name), ""]
         sheet += ["```text", f"python -m mpmbench {words_of(name)}", "```", ""]
@@ -188,28 +194,67 @@ def gallery(found: dict[str, Path]) -> list[str]:
         command = [sys.executable, "-m", "mpmbench", "show", str(found[name]), f"--out={picture}"]
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode == 0:
+            drawn[name] = picture
             sheet += [f"![Particles of {name} at the end]({picture.relative_to(SOURCE)})", ""]
         else:
             sheet += ["It has no particles that could be drawn.", ""]
-    sheet += ["## Examples", ""]
+    contact_sheet(drawn, pictures / "contact_sheet.png")
+    head = ["# Gallery", "", "`show` on a run of every problem; below, each by itself.", ""]
+    head += [f"![{', '.join(drawn)}](pictures/contact_sheet.png)", ""]
+    sheet = [*head, *sheet, "## Examples", ""]
     for example in sorted((ROOT / "examples").glob("*.py")):
         text = example.read_text(encoding="utf-8")
         sheet += [f"### {example.stem}", "", "```python", text.rstrip(), "```", "", "prints", ""]
-        sheet += ["```text", printed_by(example), "```", ""]
+        printed, names = outcome_of(example)
+        sheet += ["```text", printed, "```", ""]
+        for result in [one for one in names.values() if isinstance(one, Result)][-1:]:
+            picture = pictures / f"example-{example.stem}.png"
+            picture.write_bytes(rendered(result.show()))
+            words = f"Particles of the last result of {example.stem}"
+            sheet += [
+                "and its last result shows",
+                "",
+                f"![{words}]({picture.relative_to(SOURCE)})",
+                "",
+            ]
     return sheet
 
 
-def printed_by(example: Path) -> str:
-    """What an example prints, run in an empty folder."""
+def contact_sheet(drawn: dict[str, Path], target: Path, columns: int = 4) -> None:
+    """All pictures in one, each below its name."""
+    rows = -(-len(drawn) // columns)
+    figure = Figure((3.0 * columns, 2.4 * rows), layout="constrained")
+    for axis in (places := figure.subplots(rows, columns, squeeze=False).ravel()):
+        axis.axis("off")
+    for axis, (name, picture) in zip(places, drawn.items(), strict=False):
+        axis.imshow(imread(picture))
+        axis.set_title(name, fontsize=9)
+    figure.savefig(target, dpi=110)
+
+
+def outcome_of(example: Path) -> tuple[str, dict[str, Any]]:
+    """What an example prints, run in an empty folder, and its names."""
     before, out = Path.cwd(), io.StringIO()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         try:
             with contextlib.redirect_stdout(out):
-                runpy.run_path(str(example))
+                names = runpy.run_path(str(example))
         finally:
             os.chdir(before)
-    return out.getvalue().rstrip()
+    return out.getvalue().rstrip(), names
+
+
+def take_reports() -> None:
+    """Put the reports into the site: with their figures and tables, each a page."""
+    shutil.copytree(ROOT / "reports", SOURCE / "reports")
+    for page in sorted((SOURCE / "reports").rglob("*.md")):
+        text = page.read_text(encoding="utf-8")
+        below = [one.relative_to(page.parent) for one in sorted(page.parent.glob("*/*.md"))]
+        if below:
+            listed = "\n".join(map(str, below))
+            text += f"\n```{{toctree}}\n:hidden:\n{listed}\n```\n"
+        page.write_text(text, encoding="utf-8")
 
 
 class Links(HTMLParser):
@@ -235,7 +280,7 @@ def broken_links(folder: Path) -> list[str]:
     for page, links in pages.items():
         for target in links.targets:
             parts = urlsplit(target)
-            if parts.scheme or parts.netloc or "mathjax-is-not-loaded" in target:
+            if parts.scheme or parts.netloc:
                 continue
             file = (page.parent / unquote(parts.path)).resolve() if parts.path else page
             place = unquote(parts.fragment)
@@ -246,12 +291,16 @@ def broken_links(folder: Path) -> list[str]:
 
 def main() -> int:
     """Write the sources, build the pages, check the links; returns the exit code."""
-    found = run_problems()
+    parser = argparse.ArgumentParser(description="Build the documentation, offline.")
+    parser.add_argument(
+        "--quick", action="store_true", help="run one problem, for a look at the text"
+    )
+    found = run_problems(parser.parse_args().quick)
     shutil.rmtree(SOURCE, ignore_errors=True)
     shutil.copytree(
         DOCS, SOURCE, ignore=shutil.ignore_patterns("_build", "build.py", "__pycache__")
     )
-    which = (ROOT / "reports" / "which_method" / "README.md").read_text(encoding="utf-8")
+    take_reports()
     pages = {
         "reference/keys": keys(),
         "reference/commands": commands(),
@@ -259,7 +308,6 @@ def main() -> int:
         "reference/file": file_format(found["bar_fixed_ends"]),
         "reference/api": api(),
         "gallery": gallery(found),
-        "which_method": which.splitlines(),
     }
     for name, lines in pages.items():
         (SOURCE / f"{name}.md").write_text("\n".join(lines) + "\n", encoding="utf-8")

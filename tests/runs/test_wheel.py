@@ -65,6 +65,18 @@ def test_what_a_wheel_says_of_itself_and_holds_also_without_a_checkout(tmp_path)
     assert "mpmbench/commit.txt" not in held  # nobody knows it
     for name in ("CONTRIBUTING.md", "CHANGELOG.md", "py.typed", "report/page.html.jinja"):
         assert f"mpmbench/{name}" in held
+    assert {name.partition("/")[0].partition("-")[0] for name in held} == {"mpmbench"}
+    zipfile.ZipFile(wheel).extractall(tmp_path / "site")
+    (tmp_path / "empty").mkdir()
+    outcome = subprocess.run(
+        [sys.executable, "-P", "-m", "mpmbench.benchmarks", "--help"],
+        cwd=tmp_path / "empty",
+        env={**os.environ, "PYTHONPATH": str(tmp_path / "site")},
+        capture_output=True,
+        text=True,
+    )
+    assert outcome.returncode == 0 and "mpmbench.benchmarks" in outcome.stdout, outcome.stderr
+    assert "--json FILE" in outcome.stdout and "--compare FILE" in outcome.stdout
     (said,) = [name for name in held if name.endswith("METADATA")]
     text = zipfile.ZipFile(wheel).read(said).decode()
     assert "Project-URL: Source" in text and "Keywords: " in text and "Typing :: Typed" in text

@@ -77,6 +77,11 @@ def launch(
             task_function=partial(call, function, queue, folder),
             config=config,
         )
+    on_slurm = config.hydra.runtime.choices["hydra/launcher"] == "submitit_slurm"
+    if on_slurm:
+        from mpmbench.runs.hydra import slurm
+
+        slurm.watch_without_accounts()
     try:
         for job in launcher.launch([[f"hydra.job.name={name}"] for name in jobs], 0):
             _ = job.return_value  # raises what the job has raised
@@ -84,3 +89,6 @@ def launch(
         if comes_of_interruption(error):
             raise KeyboardInterrupt from None
         raise
+    finally:
+        if on_slurm:
+            slurm.cancel_jobs()
