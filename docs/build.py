@@ -250,6 +250,8 @@ def take_reports() -> None:
     shutil.copytree(ROOT / "reports", SOURCE / "reports")
     for page in sorted((SOURCE / "reports").rglob("*.md")):
         text = page.read_text(encoding="utf-8")
+        if not text.startswith("# "):
+            text = f"# {page.stem.capitalize()}\n\n{text}"
         below = [one.relative_to(page.parent) for one in sorted(page.parent.glob("*/*.md"))]
         if below:
             listed = "\n".join(map(str, below))

@@ -21,6 +21,6 @@ html_title = f"mpmbench {version}"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_theme_options = {"show_toc_level": 2, "navigation_with_keys": False}
-html_sidebars = {"index": []}
+html_sidebars = {name: [] for name in ("index", "gallery", "tutorial", "trust")}
 numpydoc_show_class_members = False
 autodoc_typehints = "none"

@@ -10,7 +10,6 @@ import numpy as np
 
 from mpmbench.core.bases import Basis, BasisSettings
 from mpmbench.core.bases.affine import AffineGradients
-from mpmbench.core.bases.conforming import ConformingGradients
 from mpmbench.core.bases.frozen import FrozenBasis
 from mpmbench.core.bases.grid.product import GridBasis, count_crossings
 from mpmbench.core.bodies import Part, audit, gather, owners
@@ -133,6 +132,8 @@ def build_state(
     if choices.gradient == "affine":
         functions = AffineGradients(functions, len(p.x))
     if choices.gradient == "conforming":
+        from mpmbench.core.bases.conforming import ConformingGradients  # and sparse matrices
+
         functions = ConformingGradients(functions)
     reference = functions.nodes.copy()
     functions.follow(p)

@@ -132,6 +132,17 @@ def test_the_parent_of_a_run_stays_light(folder):
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
+def test_the_process_that_runs_are_forked_from_loads_what_they_need_and_no_more(folder):
+    """Each of these takes a tenth of a second or more, which a run with a lumped mass on a grid does without."""
+    code = (
+        "import sys; from mpmbench.runs.process import worker; from mpmbench.core import registry;"
+        "[registry.get('basis', name) for name in ('linear', 'bspline')];"
+        "unwanted = ('xarray', 'pandas', 'matplotlib', 'scipy.sparse', 'scipy.spatial', 'scipy.linalg');"
+        "loaded = set(unwanted) & set(sys.modules); assert not loaded, loaded"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
 def test_cfg_job_prints_what_a_run_records(command, folder):
     from omegaconf import OmegaConf
 

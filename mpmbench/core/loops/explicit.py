@@ -12,7 +12,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mpmbench.core.bases.conforming import refuse_other_cells
 from mpmbench.core.compiled import threads
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.loads import (
@@ -172,6 +171,8 @@ class Explicit(TimeLoop):
                 f"such as flip, pic and blend, given {self.gradient} and {self.transfer}"
             )
         if self.gradient == "conforming":
+            from mpmbench.core.bases.conforming import refuse_other_cells  # and sparse matrices
+
             refuse_other_cells(case)
         if self.gradient == "affine" and not case.basis.promises.continuous_gradient:
             raise NotApplicable(

@@ -5,7 +5,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mpmbench.core.bases.conforming import refuse_other_cells
 from mpmbench.core.errors import NotApplicable, NotConverged
 from mpmbench.core.geometry import Box
 from mpmbench.core.loops import TimeLoop
@@ -112,6 +111,8 @@ class ImplicitLoop(TimeLoop):
                 "it needs method.nodes=moving"
             )
         if self.gradient == "conforming":
+            from mpmbench.core.bases.conforming import refuse_other_cells  # and sparse matrices
+
             refuse_other_cells(case)
         for wall in case.problem.loads(case.material).walls:
             if np.count_nonzero(wall.normal) != 1:
