@@ -25,7 +25,7 @@ from mpmbench.core.state import Loads
 from mpmbench.problems import Fields, Problem
 
 INNER = 0.75  # part of the bar away from the loaded end
-DOMAIN = 1.25  # length of the grid of methods with fixed nodes [m]
+DOMAIN = 1.25  # length of the grid of methods with fixed nodes over that of the bar
 
 
 @register("problem", "bar_dynamic_traction")
@@ -42,7 +42,7 @@ class BarDynamicTraction(Problem):
     )
     domain_cells: int | None = setting(
         None,
-        "whole number of cells of the fixed grid on 1.25 m; null: resolution cells on 1 m",
+        "whole number of cells of the fixed grid on 1.25 lengths; null: resolution cells on one",
         unit="-",
         least=2,
     )
@@ -51,9 +51,20 @@ class BarDynamicTraction(Problem):
         "uniform over the bar, Gauss points, or aligned with the grid's cells",
         options=("midpoint", "gauss", "aligned"),
     )
+    length: float = setting(
+        1.0,
+        "l of the bar; l seconds are half a period of the traction",
+        unit="m",
+        above=0.0,
+        below=1e3,
+    )
     dimension: ClassVar[int] = 1
-    reference_length: ClassVar[float] = 1.0
     initial_acceleration: ClassVar[str] = "zero"
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        """The bar."""
+        return self.length
 
     def check_together(self) -> None:
         cells = self.domain_cells
@@ -70,8 +81,8 @@ class BarDynamicTraction(Problem):
             and resolution % 4
         ):
             raise NotApplicable(
-                f"resolution = {resolution}: the grid of 1.25 m has a whole number of cells only for multiples of 4; "
-                "set problem.domain_cells instead"
+                f"resolution = {resolution}: the grid of 1.25 lengths has a whole number of cells only for "
+                "multiples of 4; set problem.domain_cells instead"
             )
 
     # geometry
@@ -82,12 +93,14 @@ class BarDynamicTraction(Problem):
     def nodes(self, resolution: int, choices: Choices) -> Box:
         if choices.moving or choices.frozen:
             return Box((0.0,), (self.reference_length,), (self._bar_cells(resolution),))
-        return Box((0.0,), (DOMAIN,), (self.domain_cells or round(DOMAIN * resolution),))
+        return Box(
+            (0.0,), (DOMAIN * self.length,), (self.domain_cells or round(DOMAIN * resolution),)
+        )
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
         cells = self._bar_cells(resolution)
         if self.particle_layout == "aligned" and self.domain_cells is not None:
-            box = Box((0.0,), (cells * DOMAIN / self.domain_cells,), (cells,))
+            box = Box((0.0,), (cells * (DOMAIN * self.length) / self.domain_cells,), (cells,))
             return seed_cells(box, particles_per_cell)
         layout = "gauss" if self.particle_layout == "gauss" else "midpoint"
         return seed_cells(

@@ -32,9 +32,14 @@ class BarFixedEnds(Problem):
     particle_layout: str = setting(
         "midpoint", "middles of equal sub-cells, or Gauss points", options=("midpoint", "gauss")
     )
+    length: float = setting(1.0, "of the bar", unit="m", above=0.0, below=1e3)
     dimension: ClassVar[int] = 1
-    reference_length: ClassVar[float] = 1.0
     initial_acceleration: ClassVar[str] = "zero"
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        """The bar."""
+        return self.length
 
     def check_together(self) -> None:
         v0 = self.velocity_amplitude

@@ -44,6 +44,7 @@ class CompactionColumn(Problem):
     load_steps: int = setting(
         40, "equal steps in which the weight is applied", unit="-", least=1, most=10000
     )
+    height: float = setting(50.0, "of the column", unit="m", above=0.0, below=1e4)
     width: float = setting(6.25, "width, a whole number of cells", unit="m", above=0.0, most=1000.0)
     rise_time: float = setting(
         1.0, "in which the weight rises with explicit methods", unit="s", above=0.0, most=1e6
@@ -54,8 +55,12 @@ class CompactionColumn(Problem):
         options=("gauss", "midpoint"),
     )
     dimension: ClassVar[int] = 2
-    reference_length: ClassVar[float] = 50.0
     initial_acceleration: ClassVar[str] = "zero"
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        """The height of the column."""
+        return self.height
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         if choices.dynamic and not (not choices.implicit and choices.drag > 0.0):

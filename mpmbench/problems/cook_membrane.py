@@ -32,7 +32,7 @@ WIDTH, LEFT, RIGHT, TOP = 0.048, 0.044, 0.016, 0.060  # [m]: width, both edges, 
 ROOM = 0.2  # of grid above the panel, in its heights; one cell is below
 LOADED = 96  # points that share the load: each of 8, 16, 32 cells has as many
 SHEAR, TRACTION = 80.1938e6, 6.25e6  # [Pa]
-# rise of middle and corner [m] by Poisson's ratio
+# rise of middle and corner of a panel of that width [m] by Poisson's ratio
 CONVERGED = {0.4999: (6.90e-3, 6.85e-3), 0.3: (8.89e-3, 8.69e-3)}
 
 
@@ -44,13 +44,20 @@ class CookMembrane(Problem):
     traction: float = setting(
         6.25e6, "dead load on the right edge, upwards", unit="Pa", above=0.0, below=1.0e12
     )
+    width: float = setting(
+        0.048, "of the panel, whose other sizes are in proportion", unit="m", above=0.0, below=1e3
+    )
     load_steps: int = setting(
         5, "equal steps in which the load is applied", unit="-", least=1, most=10000
     )
     dimension: ClassVar[int] = 2
-    reference_length: ClassVar[float] = WIDTH
     bends: ClassVar[bool] = True
     initial_acceleration: ClassVar[str] = "zero"
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        """The width of the panel."""
+        return self.width
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         if choices.dynamic or not choices.implicit:
@@ -58,13 +65,18 @@ class CookMembrane(Problem):
 
     # geometry
 
+    @property
+    def _scale(self) -> float:
+        """The panel over that of Cook."""
+        return self.width / WIDTH
+
     def nodes(self, resolution: int, choices: Choices) -> Geometry:
         """A bent grid of `resolution` cells along both edges, or a background grid of such cells."""
-        n, h = resolution, WIDTH / resolution
+        n, h = resolution, self.width / resolution
         if not choices.moving:
-            above = int(np.ceil((1.0 + ROOM) * TOP / h))
-            return Box((0.0, -h), (WIDTH + h, above * h), (n + 1, above + 1))
-        nodes = _bent(Box((0.0, 0.0), (1.0, 1.0), (n, n)).points)
+            above = int(np.ceil((1.0 + ROOM) * (self._scale * TOP) / h))
+            return Box((0.0, -h), (self.width + h, above * h), (n + 1, above + 1))
+        nodes = self._scale * _bent(Box((0.0, 0.0), (1.0, 1.0), (n, n)).points)
         grid = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
         a, b = grid[:-1, :-1].ravel(), grid[:-1, 1:].ravel()
         c, d = grid[1:, :-1].ravel(), grid[1:, 1:].ravel()
@@ -75,21 +87,21 @@ class CookMembrane(Problem):
         """Gauss points of the bent cells."""
         square = Box((0.0, 0.0), (1.0, 1.0), (resolution, resolution))
         s, weight = seed_cells(square, particles_per_cell, "gauss")
-        return _bent(s), weight * WIDTH * _height(s[:, 0])
+        return self._scale * _bent(s), self._scale**2 * (weight * WIDTH * _height(s[:, 0]))
 
     def tracers(self) -> np.ndarray:
         """The points with the load, then middle and upper corner of the right edge."""
         along = np.append((np.arange(LOADED) + 0.5) / LOADED, [0.5, 1.0])
-        return _bent(np.stack([np.ones_like(along), along], axis=1))
+        return self._scale * _bent(np.stack([np.ones_like(along), along], axis=1))
 
     # boundary conditions
 
     def fixed(self, x: np.ndarray) -> np.ndarray:
-        return np.repeat(x[:, :1] < 1e-9 * WIDTH, 2, axis=1)
+        return np.repeat(x[:, :1] < 1e-9 * self.width, 2, axis=1)
 
     def loads(self, material: Material) -> Loads:
         def traction(t: float) -> np.ndarray:
-            load = np.array([0.0, self.traction * t * RIGHT / LOADED])
+            load = np.array([0.0, self.traction * t * (self._scale * RIGHT) / LOADED])
             return np.broadcast_to(load, (LOADED, 2))
 
         return Loads(traction=traction)
@@ -112,7 +124,7 @@ class CookMembrane(Problem):
         ratio = round(0.5 * lame / (lame + shear), 6)
         published = abs(shear / SHEAR - 1.0) < 1e-4 and self.traction == TRACTION
         if isinstance(material, NeoHookean) and published and ratio in CONVERGED:
-            share = float(rise[0]) / CONVERGED[ratio][0]
+            share = float(rise[0]) / (self._scale * CONVERGED[ratio][0])
             text = "rise of the middle over the converged one; below 0.9 on 16 cells it locks"
             out["middle_over_reference"] = (share, "1", text)
         return out

@@ -43,11 +43,16 @@ class ElasticBarTension(Problem):
         "of equal parts of the segments between nodes, or the nodes",
         options=("midpoint", "nodes"),
     )
+    length: float = setting(0.1333, "of the bar", unit="m", above=0.0, below=1e3)
     random_seed: int = 0
     dimension: ClassVar[int] = 1
-    reference_length: ClassVar[float] = 0.1333
     initial_acceleration: ClassVar[str] = "zero"
     samples: ClassVar[int] = 1000
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        """The bar."""
+        return self.length
 
     def check_together(self) -> None:
         v0 = self.end_velocity

@@ -7,7 +7,6 @@ energy at 0.2 s, where nothing is lost in fact.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from mpmbench.core.bodies import Part
 from mpmbench.core.geometry import Box
@@ -26,12 +25,24 @@ class ElasticRings(Collision):
     """Two elastic rings that collide and rebound; energy is conserved."""
 
     speed: float = setting(30.0, "of each ring", unit="m/s", above=0.0)
-    reference_length: ClassVar[float] = 1.0
+    radius: float = setting(
+        4.0,
+        "outer one of each ring; all other sizes are in proportion",
+        unit="m",
+        above=0.0,
+        below=1e3,
+    )
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        """The thickness of a ring."""
+        return (1.0 - INNER / OUTER) * self.radius
 
     def bodies(self, resolution: int, particles_per_cell: int) -> tuple[Part, ...]:
-        nodes, triangles = annulus(INNER, OUTER, resolution)
-        h = (OUTER - INNER) / resolution
-        left, right = [-CENTRE, 0.0], [CENTRE, 0.0]
+        inner, centre = INNER / OUTER * self.radius, CENTRE / OUTER * self.radius
+        nodes, triangles = annulus(inner, self.radius, resolution)
+        h = self.reference_length / resolution
+        left, right = [-centre, 0.0], [centre, 0.0]
         return (
             part_of("left", nodes + left, triangles, h, particles_per_cell, (self.speed, 0.0)),
             part_of("right", right - nodes, triangles, h, particles_per_cell, (-self.speed, 0.0)),
@@ -39,4 +50,5 @@ class ElasticRings(Collision):
 
     def domain(self, resolution: int) -> Box:
         cells = (2 * SIDE * resolution, 2 * HEIGHT * resolution)
-        return Box((-SIDE, -HEIGHT), (SIDE, HEIGHT), cells)
+        side, height = (size / OUTER * self.radius for size in (SIDE, HEIGHT))
+        return Box((-side, -height), (side, height), cells)

@@ -23,6 +23,8 @@ from mpmbench.core.setting import setting
 from mpmbench.core.state import Loads
 from mpmbench.problems import Fields, Problem
 
+LARGEST = 0.15915  # amplitude over the length: 1 / (2 pi), beyond which F is not positive
+
 
 @register("problem", "plate_axis_aligned")
 @dataclass(frozen=True)
@@ -30,8 +32,9 @@ class PlateAxisAligned(Problem):
     """Plate undergoing axis-aligned displacement, a manufactured solution, Wobbes et al. 2020, Sect. 8.3."""
 
     displacement_amplitude: float = setting(
-        0.005, "A, not 0; 0.05 for large strain", unit="m", above=-0.15915, below=0.15915
+        0.005, "A, not 0, within 0.159 lengths; 0.05 for large strain", unit="m"
     )
+    length: float = setting(1.0, "l, of each side of the plate", unit="m", above=0.0, below=1e3)
     body_force: bool = setting(
         True, "the manufactured body force acts; else free vibration, for timings only"
     )
@@ -39,12 +42,20 @@ class PlateAxisAligned(Problem):
         "midpoint", "middles of equal sub-cells, or Gauss points", options=("midpoint", "gauss")
     )
     dimension: ClassVar[int] = 2
-    reference_length: ClassVar[float] = 1.0
     initial_acceleration: ClassVar[str] = "zero"
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        """A side of the plate."""
+        return self.length
 
     def check_together(self) -> None:
         A = self.displacement_amplitude
         require(A != 0.0, "displacement_amplitude", A, "a number other than 0")
+        most = LARGEST * self.length
+        require(
+            abs(A) < most, "displacement_amplitude", A, f"a number between {-most:g} and {most:g}"
+        )
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         if self.body_force and not isinstance(material, NeoHookean):

@@ -33,9 +33,9 @@ from mpmbench.core.simulation import Solution
 from mpmbench.core.state import Loads, State
 from mpmbench.problems import Fields, Problem
 
-HOLE, EDGE = 1.0, 4.0  # [m]
+EDGE = 4.0  # of a side over the radius of the hole
 GRADING = 0.3  # spacing of the rings at the hole over the mean one
-SLACK = 1e-9  # [m]
+SLACK = 1e-9  # over the radius of the hole
 
 
 @register("problem", "plate_with_hole")
@@ -44,10 +44,17 @@ class PlateWithHole(Problem):
     """Plate with a hole under tension, Kirsch 1898: the exact displacement at the outer edges, small strain."""
 
     strain: float = setting(1e-4, "tension over Young's modulus", unit="-", above=0.0, below=0.1)
+    radius: float = setting(
+        1.0, "of the hole; the plate has four of them", unit="m", above=0.0, below=1e3
+    )
     dimension: ClassVar[int] = 2
-    reference_length: ClassVar[float] = EDGE
     bends: ClassVar[bool] = True
     initial_acceleration: ClassVar[str] = "zero"
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        """A side of the plate."""
+        return EDGE * self.radius
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         require(
@@ -67,8 +74,8 @@ class PlateWithHole(Problem):
         way = np.linspace(0.0, 1.0, resolution + 1)
         way = GRADING * way + (1.0 - GRADING) * way**2
         on_circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        on_edge = EDGE * on_circle / np.abs(on_circle).max(axis=1, keepdims=True)
-        nodes = (1.0 - way[:, None, None]) * HOLE * on_circle + way[:, None, None] * on_edge
+        on_edge = self.reference_length * on_circle / np.abs(on_circle).max(axis=1, keepdims=True)
+        nodes = (1.0 - way[:, None, None]) * self.radius * on_circle + way[:, None, None] * on_edge
         nodes[:, 0, 1], nodes[:, -1, 0] = 0.0, 0.0
         i, j = np.meshgrid(np.arange(resolution), np.arange(resolution), indexing="ij")
         a = (i * (resolution + 1) + j).ravel()
@@ -77,12 +84,12 @@ class PlateWithHole(Problem):
         pairs = np.where(
             flip, np.stack([a, c, d, a, d, b], axis=1), np.stack([a, c, b, c, d, b], axis=1)
         )
-        return Cloud(nodes.reshape(-1, 2), pairs.reshape(-1, 3), EDGE / resolution)
+        return Cloud(nodes.reshape(-1, 2), pairs.reshape(-1, 3), self.reference_length / resolution)
 
     def nodes(self, resolution: int, choices: Choices) -> Geometry:
         if choices.moving:
             return self._mesh(resolution)
-        return Box((0.0, 0.0), (EDGE, EDGE), (resolution, resolution))
+        return Box((0.0, 0.0), (self.reference_length,) * 2, (resolution, resolution))
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
         mesh = self._mesh(resolution)
@@ -92,8 +99,9 @@ class PlateWithHole(Problem):
     # boundary conditions
 
     def fixed(self, x: np.ndarray) -> np.ndarray:
-        outer = np.any(x > EDGE - SLACK, axis=1, keepdims=True)
-        return np.asarray((x < SLACK) | outer)
+        slack = SLACK * self.radius
+        outer = np.any(x > self.reference_length - slack, axis=1, keepdims=True)
+        return np.asarray((x < slack) | outer)
 
     def loads(self, material: Material) -> Loads:
         def motion(X: np.ndarray, t: float) -> np.ndarray:
@@ -115,7 +123,7 @@ class PlateWithHole(Problem):
         """Displacement [m] at X, shape (n, 2); inside the hole, where grids have nodes, that of its rim."""
         lame, shear = material.lame_parameters()
         kappa = 3.0 - 2.0 * lame / (lame + shear)
-        r = np.maximum(np.hypot(*X.T), HOLE) / HOLE
+        r = np.maximum(np.hypot(*X.T), self.radius) / self.radius
         theta = np.arctan2(X[:, 1], X[:, 0])
         c, s, c3, s3 = np.cos(theta), np.sin(theta), np.cos(3.0 * theta), np.sin(3.0 * theta)
         u = np.stack(
@@ -125,13 +133,13 @@ class PlateWithHole(Problem):
             ],
             axis=1,
         )
-        return np.asarray(self._tension(t, material) * HOLE / (8.0 * shear) * u)
+        return np.asarray(self._tension(t, material) * self.radius / (8.0 * shear) * u)
 
     def exact(self, X: np.ndarray, t: float, material: Material) -> Fields:
         """Stresses along and across the radius, turned to the axes."""
         if not isinstance(material, SmallStrainElastic):
             return {}
-        q = (HOLE / np.hypot(*X.T)) ** 2
+        q = (self.radius / np.hypot(*X.T)) ** 2
         theta = np.arctan2(X[:, 1], X[:, 0])
         c, s, c2, s2 = np.cos(theta), np.sin(theta), np.cos(2.0 * theta), np.sin(2.0 * theta)
         half = 0.5 * self._tension(t, material)

@@ -48,10 +48,17 @@ class PrestretchedBar(Problem):
         "of equal parts of the segments between nodes, or the nodes",
         options=("midpoint", "nodes"),
     )
+    length: float = setting(
+        40.0, "of the bar before it is stretched", unit="m", above=0.0, below=1e3
+    )
     random_seed: int = 0
     dimension: ClassVar[int] = 1
-    reference_length: ClassVar[float] = 40.0
     initial_acceleration: ClassVar[str] = "zero"
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        """The bar before it is stretched."""
+        return self.length
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         if not isinstance(material, ElasticFluid):

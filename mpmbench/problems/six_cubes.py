@@ -7,7 +7,6 @@ angular momentum -78,330 kg m^2/s, all of which are conserved.
 """
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from mpmbench.core.bodies import Part
 from mpmbench.core.geometry import Box
@@ -18,7 +17,7 @@ from mpmbench.problems.collision import Collision, part_of
 
 CORNERS = ((0.0, 0.0), (3.2, 0.4), (1.4, 0.0), (2.2, 3.0), (1.9, 1.6), (0.2, 1.6))
 VELOCITIES = ((2.0, 0.0), (-2.0, 0.0), (0.0, 0.0), (0.0, -4.0), (0.0, 0.0), (0.0, 0.0))
-ROOM = 3  # metres of grid around the cubes
+ROOM = 3  # sides of grid around the cubes
 
 
 @register("problem", "six_cubes")
@@ -27,13 +26,27 @@ class SixCubes(Collision):
     """Six elastic cubes that collide, Li 2009, Sect. 5.2.1; energy and momenta are conserved."""
 
     reverse: bool = setting(False, "the bodies are named in the opposite order")
-    reference_length: ClassVar[float] = 1.0
+    side: float = setting(
+        1.0, "of the cubes, whose distances are in proportion", unit="m", above=0.0, below=1e3
+    )
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        """A side of a cube."""
+        return self.side
 
     def bodies(self, resolution: int, particles_per_cell: int) -> tuple[Part, ...]:
         nodes, triangles = unit_square(resolution, crossed=True)
-        h = 1.0 / resolution
+        h = self.side / resolution
         parts = tuple(
-            part_of(f"cube {k + 1}", nodes + corner, triangles, h, particles_per_cell, velocity)
+            part_of(
+                f"cube {k + 1}",
+                self.side * (nodes + corner),
+                triangles,
+                h,
+                particles_per_cell,
+                velocity,
+            )
             for k, (corner, velocity) in enumerate(zip(CORNERS, VELOCITIES, strict=True))
         )
         return parts[::-1] if self.reverse else parts
@@ -41,4 +54,5 @@ class SixCubes(Collision):
     def domain(self, resolution: int) -> Box:
         lower, upper = (-ROOM, -ROOM), (5 + ROOM, 4 + ROOM)
         cells = tuple((b - a) * resolution for a, b in zip(lower, upper, strict=True))
-        return Box((float(lower[0]), float(lower[1])), (float(upper[0]), float(upper[1])), cells)
+        left, below, right, above = (self.side * place for place in (*lower, *upper))
+        return Box((left, below), (right, above), cells)

@@ -8,9 +8,9 @@ conserved, nothing stays inside the other body, and no energy stays locked as st
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
 
 from mpmbench.core.bodies import Part
+from mpmbench.core.errors import require
 from mpmbench.core.geometry import Box
 from mpmbench.core.geometry.triangulate import unit_square
 from mpmbench.core.registry import register
@@ -25,18 +25,28 @@ class TwoSquares(Collision):
 
     speed: float = setting(2.0, "of the first square along x_1", unit="m/s", above=0.0)
     slip: float = setting(0.0, "speed of the first square along x_2", unit="m/s")
-    offset: float = setting(0.0, "of the second square along x_2", unit="m", above=-1.0, below=1.0)
+    side: float = setting(1.0, "of the squares", unit="m", above=0.0, below=1e3)
+    offset: float = setting(0.0, "of the second square along x_2, less than a side", unit="m")
     gap: float = setting(
         0.375, "between the squares at the start", unit="m", least=0.0, below=100.0
     )
     room: float = setting(1.5, "of a grid around the squares", unit="m", above=0.0, below=100.0)
     swapped: bool = setting(False, "the square at rest is the first in the order of bodies")
-    reference_length: ClassVar[float] = 1.0
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        """A side of a square."""
+        return self.side
+
+    def check_together(self) -> None:
+        sentence = f"a number between {-self.side:g} and {self.side:g}"
+        require(abs(self.offset) < self.side, "offset", self.offset, sentence)
 
     def bodies(self, resolution: int, particles_per_cell: int) -> tuple[Part, ...]:
         nodes, triangles = unit_square(resolution, crossed=False)
-        h = 1.0 / resolution
-        places = ((0.0, 0.0), (1.0 + self.gap, self.offset))
+        nodes = self.side * nodes
+        h = self.side / resolution
+        places = ((0.0, 0.0), (self.side + self.gap, self.offset))
         parts = tuple(
             part_of(name, nodes + place, triangles, h, particles_per_cell, velocity)
             for name, place, velocity in zip(
@@ -46,10 +56,10 @@ class TwoSquares(Collision):
         return parts[::-1] if self.swapped else parts
 
     def domain(self, resolution: int) -> Box:
-        h = 1.0 / resolution
+        h = self.side / resolution
         room = math.ceil(self.room / h)
         left, below = -room, -room + math.floor(min(self.offset, 0.0) / h)
-        right = room + math.ceil((2.0 + self.gap) / h)
-        above = room + math.ceil((1.0 + max(self.offset, 0.0)) / h)
+        right = room + math.ceil((2.0 * self.side + self.gap) / h)
+        above = room + math.ceil((self.side + max(self.offset, 0.0)) / h)
         cells = (right - left, above - below)
         return Box((left * h, below * h), (right * h, above * h), cells)

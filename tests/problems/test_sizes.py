@@ -7,7 +7,7 @@ from mpmbench.core import registry
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import BadSetting
 from mpmbench.core.geometry import divided
-from tests.core.support import run
+from tests.core.support import compose, run
 
 
 def test_square_cells_fill_a_rectangle() -> None:
@@ -46,3 +46,59 @@ def test_half_a_beam_under_twice_its_weight_bends_half_as_far() -> None:
     half = run("cantilever_self_weight", "implicit_mpm", "linear", resolution=8, **size)
     assert float(half.tip_deflection) == pytest.approx(0.5 * float(whole.tip_deflection), rel=1e-9)
     assert "error_tip" in whole and "error_tip" not in half
+
+
+# Twice the size. Without weight, twice the time gives the same velocities and stresses; with half the
+# weight too; at rest, half the weight or the same traction gives the same stresses.
+TWICE = {
+    "bar_fixed_ends": ("mpm", {"problem__length": 2.0}, 2.0),
+    "bar_dynamic_traction": ("mpm", {"problem__length": 2.0}, 2.0),
+    "elastic_bar_tension": ("mpm", {"problem__length": 0.2666}, 2.0),
+    "plate_axis_aligned": (
+        "mpm",
+        {"problem__length": 2.0, "problem__displacement_amplitude": 0.01},
+        2.0,
+    ),
+    "elastic_rings": ("mpm", {"problem__radius": 8.0}, 2.0),
+    "two_squares": (
+        "mpm",
+        {"problem__side": 2.0, "problem__gap": 0.75, "problem__room": 3.0},
+        2.0,
+    ),
+    "six_cubes": ("mpm", {"problem__side": 2.0}, 2.0),
+    "vertical_bar": ("mpm", {"problem__length": 2.0, "problem__gravity": 500.0}, 2.0),
+    "cook_membrane": ("implicit_mpm", {"problem__width": 0.096}, 1.0),
+    "compaction_column": (
+        "implicit_mpm",
+        {"problem__height": 100.0, "problem__width": 12.5, "problem__gravity": 5.0},
+        1.0,
+    ),
+    "plate_with_hole": ("fem", {"problem__radius": 2.0}, 1.0),
+}
+
+
+@pytest.mark.parametrize("name", TWICE)
+def test_twice_the_size_is_the_same_problem(name: str) -> None:
+    """Numbers of two powers apart have the same digits: places agree to rounding."""
+    method, larger, slower = TWICE[name]
+    triangles = name in ("elastic_rings", "six_cubes", "two_squares", "plate_with_hole")
+    usual = {
+        "resolution": 8 if name == "compaction_column" else 4,
+        "particles_per_cell": 1 if triangles else 4,
+    }
+    changes = usual | larger
+    if slower == 2.0:
+        step = compose(name, method, "linear")["time_step"]
+        usual["end_time"] = 4.0 * step if isinstance(step, float) else 0.002
+        changes |= {"end_time": 2.0 * usual["end_time"]}
+        changes |= {"time_step": 2.0 * step} if isinstance(step, float) else {}
+    one, two = run(name, method, "linear", **usual), run(name, method, "linear", **changes)
+    moved = np.abs(one.displacement.values[-1]).max()
+    assert moved > 0.0
+    away = np.abs(two.displacement.values[-1] - 2.0 * one.displacement.values[-1]).max()
+    assert away < 1e-9 * moved
+    assert two.position.values == pytest.approx(2.0 * one.position.values, rel=1e-12)
+    for error in ("error_displacement_rms", "error_velocity_rms", "error_stress_rms"):
+        if error in one:
+            factor = 2.0 if error == "error_displacement_rms" else 1.0
+            assert float(two[error]) == pytest.approx(factor * float(one[error]), rel=1e-6)
