@@ -37,7 +37,7 @@ LATER: dict[tuple[str, str], dict[str, Any]] = {
     ("problem", "rolling_disk"): {"plane": "nodes", "friction": None},
     ("problem", "six_cubes"): {"side": 1.0},
     ("problem", "soil_column"): {"width": 4.0, "height": 2.0},
-    ("problem", "two_squares"): {"side": 1.0},
+    ("problem", "two_squares"): {"side": 1.0, "slip": 0.0},
     ("problem", "vertical_bar"): {"length": 1.0},
 }
 # The same for keys of all methods whose time loop is the explicit or the implicit one or derives
