@@ -38,6 +38,11 @@ class BouncingDisk(Problem):
     distance: float = setting(
         0.2242640687119285, "from the disk to the wall at the start", unit="m", least=0.0
     )
+    particle_layout: str = setting(
+        "triangles",
+        "points in the triangles of the disk, or the nodes, as SPH asks for",
+        options=("triangles", "nodes"),
+    )
     dimension: ClassVar[int] = 2
     reference_length: ClassVar[float] = 0.4
     bends: ClassVar[bool] = True
@@ -76,6 +81,10 @@ class BouncingDisk(Problem):
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
         nodes, triangles = ring_mesh(self.radius, resolution // 2)
+        if self.particle_layout == "nodes":
+            _, areas = seed_triangles(nodes, triangles, 1)
+            shares = np.repeat(areas / 3.0, 3)
+            return nodes + self._centre, np.bincount(triangles.ravel(), shares)
         return seed_triangles(nodes + self._centre, triangles, particles_per_cell)
 
     # initial condition and loads

@@ -39,6 +39,7 @@ class SmoothedParticles(TimeLoop):
     velocity_lag: ClassVar[float] = 0.5
     stress: ClassVar[Any] = staticmethod(cauchy_stress)
     particles_are_nodes: ClassVar[bool] = True
+    meets_walls: ClassVar[bool] = True
 
     @property
     def promises(self) -> LoopPromises:
@@ -102,10 +103,12 @@ class SmoothedParticles(TimeLoop):
         p = s.particles
         solid, symmetric = p.material, self.derivatives == "symmetric"
         a, i, j, gradient = self.accelerations(s)
-        v, V = p.v[solid], p.V[solid, None]
+        v, V, n = p.v[solid], p.V[solid, None], s.nodes
         constrain(s, dt)
-        p.a[solid] = np.where(s.fixed, (s.nodes.v - v) / dt, a)
-        v[:] = np.where(s.fixed, s.nodes.v, v + dt * a)
+        n.a[:] = np.where(s.fixed, (n.v - v) / dt, a)
+        n.v[:] = np.where(s.fixed, n.v, v + dt * a)
+        meet_walls(s, dt)
+        p.a[solid], v[:] = n.a, n.v
 
         by_i, by_j = (v[j] - v[i], v[i] - v[j]) if symmetric else (v[j], v[i])
         L = scatter(np.einsum("na,nb->nab", V[j] * by_i, gradient), i, len(v))
@@ -118,11 +121,20 @@ class SmoothedParticles(TimeLoop):
         p.x += dt * p.v
         if s.loads.body_force is not None:
             s.external_work += dt * float(np.sum(p.m[:, None] * p.b * p.v))
-        s.nodes.v[:] = v
         s.basis.move(dt * v)
         if p.V[solid].min() > 0.0:  # the guard ends the run otherwise
             update_stress(s.law, s.axes, p.F[solid], L, dt, p.state, p.sigma)
         s.time += dt
+
+
+def meet_walls(s: State, dt: float) -> None:
+    """Hold the particles, which are the nodes, at rigid walls: their centres do not pass them."""
+    p, n = s.particles, s.nodes
+    if not s.loads.walls:
+        return
+    n.m[:], n.v_last[:] = p.m[p.material], p.v[p.material]
+    s.mass.assemble(s.basis, p, n.m)
+    s.contact_energy -= s.walls.hold(s, dt)
 
 
 @lean

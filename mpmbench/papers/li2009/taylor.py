@@ -242,8 +242,10 @@ def methods_chapter(campaigns: Campaigns) -> Chapter:
     page.tabulate("cost", title, columns, costs, numeric=range(1, 10), note=note)
     _curves(page, campaigns)
     page.notes.append(
-        "SPH and moving B-splines do not apply: SPH knows no walls, and knots on moving nodes keep "
-        "lines along the axes straight. A run that broke down shows how it ended in its cells."
+        "SPH and moving B-splines do not apply: SPH needs its particles at the nodes, where all others "
+        "have them in tetrahedra, and knots on moving nodes keep lines along the axes straight. A run "
+        "that broke down shows how it ended in its cells. `python -m mpmbench animate FILE.nc "
+        "plastic_strain` makes a moving picture of a run with snapshots."
     )
     return page
 
