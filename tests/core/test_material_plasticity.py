@@ -98,6 +98,23 @@ def test_the_stress_returns_to_the_yield_surface(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
+def test_small_strains_need_no_axes(kind: str) -> None:
+    """The explicit step, by series of tensors, is the one in principal axes, before and after yield."""
+    material, rng, flowing = KINDS[kind], np.random.default_rng(5), set()
+    for size in (1e-4, 1e-3, 1e-2):
+        for _ in range(20):
+            path, F = Path(material, 3), np.eye(3) + size * rng.standard_normal((3, 3))
+            path.state[:6] = size * rng.uniform(-1.0, 1.0, 6)
+            tau, _, state = step(material, F, path.state)
+            path.step(F, 1.0)
+            largest = np.abs(tau).max()
+            assert np.allclose(np.linalg.det(F) * path.sigma, tau, rtol=0.0, atol=1e-11 * largest)
+            assert np.allclose(path.state, state, rtol=1e-9, atol=1e-13)
+            flowing.add(bool(state[PLASTIC_STRAIN] > 0.0))
+    assert flowing == {False, True}
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_the_update_is_the_minimiser_of_its_incremental_energy(kind: str) -> None:
     """Elastic energy and the integral of the flow stress grow with any other plastic strain, in size or direction."""
     material, rng = KINDS[kind], np.random.default_rng(4)

@@ -101,17 +101,22 @@ def implements(
 
 
 def fallback(
-    stub: Callable[..., Any], given: Callable[..., Any] | None = None
+    stub: Callable[..., Any],
+    given: Callable[..., Any] | None = None,
+    unless: Callable[..., Any] | None = None,
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Decorate a function as the version of `stub` for handles that have none of their own.
 
-    With `given`, another stub, it serves the handles that have a version of that.
+    With `given`, another stub, it serves the handles that have a version of that; with `unless`,
+    those that have none of that one.
     """
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
         def choose(first, *rest):
             handle = getattr(first, "instance_class", None)
             if handle is None or implemented(stub, handle):
+                return None
+            if unless is not None and has_version(unless, handle):
                 return None
             return function if given is None or has_version(given, handle) else None
 

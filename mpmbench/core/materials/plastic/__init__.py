@@ -82,6 +82,11 @@ def return_map(law: Any, trial: np.ndarray, tau: np.ndarray, moduli: np.ndarray)
     raise NotImplementedError
 
 
+def hardening(law: Any, strain: float) -> tuple[float, float, float]:
+    """Flow stress g of slow, cold flow [Pa], its derivative, and its integral from 0 [J/m^3]: see `radial`."""
+    raise NotImplementedError
+
+
 @dataclass(frozen=True)
 class Plastic(IsotropicElastic):
     """What plastic laws share: their history, and elasticity as in `IsotropicElastic`."""
@@ -167,9 +172,14 @@ def _kirchhoff(law, axes, increment, F, old, state, tau, moduli):
     step(law, axes, increment, F, math.inf, old, state, tau, moduli)
 
 
-@fallback(cauchy_stress, given=return_strains)
+@fallback(cauchy_stress, given=return_strains, unless=hardening)
 def _cauchy(law, axes, F, L, dt, state, sigma):
-    """The explicit step: its increment is ``I + dt L``."""
+    explicit_step(law, axes, F, L, dt, state, sigma)
+
+
+@compiled
+def explicit_step(law, axes, F, L, dt, state, sigma):
+    """As `cauchy_stress`; its increment is ``I + dt L``."""
     strain, principal = vector(THREE), vector(THREE)
     vectors, D, increment = matrix(THREE, THREE), matrix(THREE, THREE), matrix(axes, axes)
     for i in range(len(axes)):

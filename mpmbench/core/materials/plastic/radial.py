@@ -16,22 +16,28 @@ from typing import Any
 import numpy as np
 
 from mpmbench.core.compiled import answers_by_default, compiled, fallback, vector
-from mpmbench.core.materials import energy_density
+from mpmbench.core.compiled.algebra import determinant
+from mpmbench.core.materials import cauchy_stress, energy_density
 from mpmbench.core.materials.plastic import (
     PLASTIC_STRAIN,
     PLASTIC_WORK,
     elastic_strains,
+    explicit_step,
+    hardening,
     return_strains,
 )
 from mpmbench.core.materials.principal import THREE
+from mpmbench.core.materials.symmetric import (
+    SIX,
+    SMALL,
+    deform,
+    norm_squared,
+    strain_of,
+    stretch_of,
+)
 
 MOST_ITERATIONS = 200
 SETTLED = 1e-10  # relative step of Newton's method after which its error is below rounding
-
-
-def hardening(law: Any, strain: float) -> tuple[float, float, float]:
-    """Flow stress g of slow, cold flow [Pa], its derivative, and its integral from 0 [J/m^3]."""
-    raise NotImplementedError
 
 
 @answers_by_default
@@ -121,6 +127,41 @@ def _return_strains(law, strain, dt, state, elastic, tau, moduli):
             if along != 0.0:
                 moduli[a, b] -= 2.0 * law.shear * along * normal[a] * normal[b] / square
     return D > 0.0
+
+
+@fallback(cauchy_stress, given=hardening)
+def _cauchy(law, axes, F, L, dt, state, sigma):
+    """The explicit step: deviators shrink whatever their axes, which are not looked for while b_e is close to I."""
+    X, e = vector(SIX), vector(SIX)
+    deform(axes, L, dt, state, X)
+    if not norm_squared(X) <= SMALL * SMALL:
+        explicit_step(law, axes, F, L, dt, state, sigma)
+        return
+    strain_of(X, e)
+    log_J = e[0] + e[1] + e[2]
+    for k in range(3):
+        e[k] -= log_J / 3.0
+    _, mean, _ = volumetric(law, log_J, state)
+    trial = 2.0 * law.shear * math.sqrt(1.5 * norm_squared(e))
+    D, _, work = increment_of_plastic_strain(law, trial, dt, state)
+    if D > 0.0:
+        kept = 1.0 - 3.0 * law.shear * D / trial  # part of the deviator that is left
+        for k in range(6):
+            e[k] = kept * e[k] + (log_J / 3.0 if k < 3 else 0.0)
+        stretch_of(e, X)
+        for k in range(3):
+            e[k] -= log_J / 3.0
+        state[PLASTIC_STRAIN] += D
+        state[PLASTIC_WORK] += work
+        warm(law, log_J, work, state)
+    for k in range(6):
+        state[k] = X[k]
+    inverse_J, double = 1.0 / determinant(axes, F), 2.0 * law.shear
+    for i in range(len(axes)):
+        sigma[i, i] = inverse_J * (mean + double * e[i])
+        for j in range(i):
+            sigma[i, j] = inverse_J * double * e[2 + i + j]  # xy, xz and yz
+            sigma[j, i] = sigma[i, j]
 
 
 @fallback(energy_density, given=hardening)
