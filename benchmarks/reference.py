@@ -179,8 +179,11 @@ def tolerance_of(run: str, old: dict[str, Any]) -> float:
     """What rounding may do to a field, relative to its largest value.
 
     Newton's iteration stops anywhere below its tolerance, plastic steps switch, and whatever grows
-    until it fails has grown from rounding.
+    until it fails has grown from rounding. So does the iteration for consistent gradients, at 1e-6 of
+    their sums: with 1e-12 in its place the shock in two dimensions changes by 3e-7 of its stress.
     """
+    if "basis.gradient=consistent" in run:
+        return 1e-7
     sensitive = any(f"method={name}" in run for name in ("fem", "gmm", "implicit_mpm"))
     return 1e-8 if sensitive or run.startswith("soil_column") or old["status"] != "ok" else 1e-12
 

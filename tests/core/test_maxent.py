@@ -8,7 +8,7 @@ import pytest
 from mpmbench.core.bases.clouds.search import make_buckets, nearest_distances
 from mpmbench.core.bases.entropy.basis import EntropyBasis
 from mpmbench.core.bases.entropy.lme import LocalMaxEnt
-from mpmbench.core.bases.entropy.locality import make_work
+from mpmbench.core.bases.entropy.locality import allocate, longest_list
 from mpmbench.core.bases.entropy.maxent import MaxEnt
 from mpmbench.core.bases.entropy.points import evaluate_range
 from mpmbench.core.bases.grid.bspline import BSpline
@@ -246,8 +246,10 @@ def test_moving_nodes(settings: MaxEnt | LocalMaxEnt) -> None:
             .build(Cloud(basis.nodes), 0, False)
             .evaluate(x)
         )
-        assert np.array_equal(basis.handle.matrix(81), fresh.matrix(81))
-        assert np.array_equal(basis.handle.gradient_matrix(81), fresh.gradient_matrix(81))
+        # but for rounding: multipliers start from those before
+        assert np.abs(basis.handle.matrix(81) - fresh.matrix(81)).max() < 1e-13
+        found, expected = basis.handle.gradient_matrix(81), fresh.gradient_matrix(81)
+        assert np.abs(found - expected).max() < 1e-11 * np.abs(expected).max()
     assert isinstance(basis, EntropyBasis)
     if isinstance(
         settings, LocalMaxEnt
@@ -267,12 +269,13 @@ def test_any_split_gives_the_same_bits() -> None:
         for first, last in ((stop, len(x)), (0, stop)):
             status = evaluate_range(
                 basis.cloud,
-                make_work(basis.cloud),
+                allocate(2, longest_list(basis.cloud)),
                 x,
                 first,
                 last,
                 basis.handle,
                 basis.iterations,
+                np.zeros(x.shape),
             )
             assert status[0] == 0
             assert first == 0 or not basis.handle.size[:first].any()

@@ -12,12 +12,14 @@ from mpmbench.core.bases.entropy.consistent import ConsistentGradients
 from mpmbench.core.bases.entropy.locality import (
     Metric,
     NodeCloud,
+    Work,
+    allocate,
     clip,
     convect,
     grade,
-    make_work,
+    longest_list,
 )
-from mpmbench.core.bases.entropy.points import count_steps, evaluate_range, widest
+from mpmbench.core.bases.entropy.points import count_steps, evaluate_range
 from mpmbench.core.bases.entropy.priors import Formulation
 from mpmbench.core.bases.entropy.solve import DONE, FLAT, OUTSIDE, STALLED, TOO_NARROW
 from mpmbench.core.bases.handle import Stencils
@@ -80,6 +82,9 @@ class EntropyBasis(Basis):
     ----------
     iterations : ndarray of int
         Newton steps of the last `locate`, shape (particles,).
+    multipliers : ndarray
+        What they found, shape (particles, dim), from which the next `locate` starts; zeros without
+        a line search, which is for the way from there.
     points, steps, most_steps, enlarged : int
         Sums of the whole run for `statistics`.
     """
@@ -118,6 +123,8 @@ class EntropyBasis(Basis):
         )
         self.handle = Stencils.empty(particles, 1, dimension)
         self.iterations = np.zeros(particles, dtype=np.int64)
+        self.multipliers = np.zeros((particles, dimension))
+        self._room: dict[int, Work] = {}  # of each chunk
         self.points = self.steps = self.most_steps = self.enlarged = 0  # of the whole run
         self._hull: Hull | None = None
         self._particles: Particles | None = None
@@ -145,14 +152,17 @@ class EntropyBasis(Basis):
     def evaluate(self, x: np.ndarray) -> Stencils:
         """As any basis; where locality follows the deformation, that of the nearest particle."""
         stored = Stencils.empty(len(x), 1, self.nodes.shape[1])
-        return self._fill(self._cloud_at(x), x, stored, np.zeros(len(x), dtype=np.int64))
+        iterations = np.zeros(len(x), dtype=np.int64)
+        return self._fill(self._cloud_at(x), x, stored, iterations, np.zeros(x.shape))
 
     def locate(self, x: np.ndarray) -> None:
         if self.locality != "fixed" and self._particles is not None:
             self._measure(self._particles.F, self.cloud.metric, slice(None))
             for values in self.cloud.metric:
                 values[self._particles.material.stop :] = values[self._nearest]
-        self.handle = self._fill(self.cloud, x, self.handle, self.iterations)
+        if not self.cloud.form.line_search:
+            self.multipliers[:] = 0.0
+        self.handle = self._fill(self.cloud, x, self.handle, self.iterations, self.multipliers)
         if self.consistent is not None and self._particles is not None:
             self.consistent.correct(self.nodes, x, self._particles.V, self.handle)
         self.points += len(x)
@@ -164,7 +174,7 @@ class EntropyBasis(Basis):
         """Newton steps at each point until the residual meets the tolerance; -1 where they fail."""
         steps = np.zeros(len(x), dtype=np.int64)
         cloud = self._cloud_at(x)
-        count_steps(cloud, make_work(cloud), x, steps)
+        count_steps(cloud, allocate(x.shape[1], longest_list(cloud)), x, steps)
         return steps
 
     def statistics(self) -> dict[str, tuple[float, str, str]]:
@@ -224,19 +234,26 @@ class EntropyBasis(Basis):
         return self.cloud._replace(metric=metric)
 
     def _fill(
-        self, cloud: NodeCloud, x: np.ndarray, stored: Stencils, iterations: np.ndarray
+        self,
+        cloud: NodeCloud,
+        x: np.ndarray,
+        stored: Stencils,
+        iterations: np.ndarray,
+        starts: np.ndarray,
     ) -> Stencils:
         ends = [(DONE, -1, 0)] * len(threads.chunks(len(x)))
 
-        growth = cloud.metric.growth
+        growth, most = cloud.metric.growth, longest_list(cloud)
         tracers = len(x)
         if iterations is self.iterations and self._particles is not None:
             tracers = self._particles.material.stop
 
         def part(c: int, start: int, stop: int) -> None:
-            work, at = make_work(cloud), start
+            if c not in self._room or len(self._room[c].near) <= most:
+                self._room[c] = allocate(x.shape[1], most)
+            work, at = self._room[c], start
             while True:
-                ends[c] = evaluate_range(cloud, work, x, at, stop, stored, iterations)
+                ends[c] = evaluate_range(cloud, work, x, at, stop, stored, iterations, starts)
                 status, at, _ = ends[c]
                 if status in (OUTSIDE, FLAT) and at < len(growth):
                     growth[at] *= ENLARGEMENT
@@ -251,9 +268,9 @@ class EntropyBasis(Basis):
         failed = [end for end in ends if end[0] != DONE]
         if any(end[0] == TOO_NARROW for end in failed):
             # a little room to spare, because nodes that move change their neighbours
-            most = max(*(end[2] for end in failed), widest(cloud, make_work(cloud), x))
+            most = max(end[2] for end in failed)
             wider = Stencils.empty(len(x), int(1.2 * most) + 1, self.nodes.shape[1])
-            return self._fill(cloud, x, wider, iterations)
+            return self._fill(cloud, x, wider, iterations, starts)
         if not failed:
             return stored
         status, p, found = failed[0]

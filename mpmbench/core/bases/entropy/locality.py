@@ -8,15 +8,16 @@ or the isotropic part of it (`volume`). Gradients take S as constant near the po
 """
 
 import math
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from mpmbench.core.bases.clouds.search import Buckets, cell_along, cell_of
+from mpmbench.core.bases.clouds.search import Buckets, cell_along
 from mpmbench.core.bases.entropy.priors import Formulation
-from mpmbench.core.compiled import compiled, inlined, lean, matrix, vector
+from mpmbench.core.compiled import compiled, inlined, lean, matrix
 from mpmbench.core.compiled.algebra import determinant, inverse
-from mpmbench.core.compiled.exponentials import whole_lanes
+from mpmbench.core.compiled.exponentials import LANES, whole_lanes
 
 
 class Metric(NamedTuple):
@@ -50,51 +51,45 @@ class NodeCloud(NamedTuple):
 class Work(NamedTuple):
     """Working memory for one point; rows are padded with zeros to a multiple of LANES."""
 
-    cell: np.ndarray  # number of the cell whose candidates these are, and their number, shape (2,)
+    box: np.ndarray  # first and last cell along each axis whose nodes are listed, shape (3, 2)
+    listed: np.ndarray  # how many these candidates are, shape (1,)
+    extremes: np.ndarray  # largest and smallest 1 / d_i^2 of them, shape (2,)
     candidate: np.ndarray  # their numbers, shape (K,)
     place: np.ndarray  # x_i, shape (dim, K)
-    square: np.ndarray  # d_i^2
-    distance: np.ndarray  # (x_i - x)^2
+    inverse: np.ndarray  # 1 / d_i^2
+    offset: np.ndarray  # xi_i, shape (dim, K)
+    ratio: np.ndarray  # (|xi_i| / d_i)^2
     near: np.ndarray  # which of them count
-    # Of the nodes whose supports cover the point:
+    # Of the nodes that count at the point:
     number: np.ndarray
     inverse_square: np.ndarray  # 1 / d_i^2
-    rr: np.ndarray  # (|x_i - x| / d_i)^2
-    dx: np.ndarray  # x_i - x, shape (dim, K)
+    rr: np.ndarray  # (|xi_i| / d_i)^2
+    dx: np.ndarray  # xi_i, shape (dim, K)
     w: np.ndarray  # priors
     g: np.ndarray  # their slopes
     e: np.ndarray  # exp(-lambda . dx_i)
+    held: np.ndarray  # numbers and values of functions on the hull, shapes (K,)
+    value: np.ndarray
 
 
-@compiled
-def allocate(axes, most):
+def allocate(dimension: int, most: int) -> Work:
     """Working memory for points with at most so many candidates."""
-    width = whole_lanes(most + 1)
+    width = (most + LANES) // LANES * LANES
+    whole, real = partial(np.zeros, width, np.int64), partial(np.zeros, width)
+    rows = partial(np.zeros, (dimension, width))
     return Work(
-        np.full(2, -1),
-        np.zeros(width, np.int64),
-        np.zeros((len(axes), width)),
-        np.zeros(width),
-        np.zeros(width),
-        np.zeros(width, np.int64),
-        np.zeros(width, np.int64),
-        np.zeros(width),
-        np.zeros(width),
-        np.zeros((len(axes), width)),
-        np.zeros(width),
-        np.zeros(width),
-        np.zeros(width),
+        *(np.full((3, 2), -1), np.zeros(1, np.int64), np.zeros(2)),
+        *(whole(), rows(), real(), rows(), real(), whole()),
+        *(whole(), real(), real(), rows(), real(), real(), real()),
+        *(whole(), real()),
     )
 
 
-@compiled
-def make_work(cloud):
-    """Room for the longest list of candidates; for all nodes where a search visits many cells."""
-    most = cloud.nodes.shape[0] if cloud.metric.growth.shape[0] > 0 else 1
-    first = cloud.buckets.first
-    for c in range(first.shape[0] - 1):
-        most = max(most, first[c + 1] - first[c])
-    return allocate(cloud.form.axes, most)
+def longest_list(cloud: NodeCloud) -> int:
+    """Most candidates of a point: all nodes where a search visits many cells."""
+    if len(cloud.metric.growth):
+        return len(cloud.nodes)
+    return int(np.diff(cloud.buckets.first).max(initial=1))
 
 
 @lean
@@ -156,104 +151,81 @@ def grade(axes, scale, metric):
 
 
 @inlined
-def gather(cloud, x, p, row, work):
-    """Number of nodes that count at point `p` of `x`, and the radius of the largest support [m]."""
-    axes = cloud.form.axes
-    if cloud.metric.growth.shape[0] > 0:
-        radius = math.sqrt(cloud.square[0]) * cloud.metric.growth[row]
-        return gather_near(cloud, x, p, row, radius, work), radius
-    cell = cell_of(cloud.buckets, len(axes), x, p)
-    if cell != work.cell[0]:  # often the same as that of the point before
-        list_candidates(cloud, cell, work)
-    candidates = work.cell[1]
+def gather(cloud, x, row, work, pull):
+    """Number of nodes that count at a point x, and the radius of the largest support [m].
+
+    Writes what they are and S^-1, that of the metric `row` or of plain distances, to `pull`.
+    """
+    axes, metric = cloud.form.axes, cloud.metric
+    growth = 1.0
+    for d in range(len(axes)):
+        for e in range(len(axes)):
+            pull[d, e] = 1.0 if d == e else 0.0
+    if metric.growth.shape[0] > 0:
+        growth = metric.growth[row]
+        for d in range(len(axes)):
+            for e in range(len(axes)):
+                pull[d, e] = metric.pull[row, d, e]
+    list_candidates(cloud, x, row, growth, work)
+    shrink, candidates = 1.0 / (growth * growth), work.listed[0]
     for c in range(candidates):
         square = 0.0
         for d in range(len(axes)):
-            difference = work.place[d, c] - x[p, d]
-            square += difference * difference
-        work.distance[c] = square
+            xi = 0.0
+            for e in range(len(axes)):
+                xi += pull[d, e] * (work.place[e, c] - x[e])
+            work.offset[d, c] = xi
+            square += xi * xi
+        work.ratio[c] = square * (work.inverse[c] * shrink)
     found = 0
     for c in range(candidates):  # no branches: each is written, the next overwrites what is out
         work.near[found] = c
-        found += work.distance[c] < work.square[c]
-    largest = 0.0
+        found += work.ratio[c] < 1.0
     for k in range(found):
         c = work.near[k]
-        i = work.candidate[c]
-        work.number[k] = i
-        work.inverse_square[k] = cloud.inverse_square[i]
-        work.rr[k] = work.distance[c] * work.inverse_square[k]
+        work.number[k] = work.candidate[c]
+        work.inverse_square[k] = work.inverse[c] * shrink
+        work.rr[k] = work.ratio[c]
         for d in range(len(axes)):
-            work.dx[d, k] = work.place[d, c] - x[p, d]
-        largest = max(largest, work.square[c])
+            work.dx[d, k] = work.offset[d, c]
     pad(axes, found, work)
-    return found, math.sqrt(largest)
+    least = work.extremes[0]
+    if least != work.extremes[1]:
+        for k in range(found):
+            least = min(least, work.inverse[work.near[k]])
+    return found, growth / math.sqrt(least)
 
 
 @lean
-def list_candidates(cloud, cell, work):
-    """Copy what a search needs of the nodes that reach a cell."""
-    first, end = cloud.buckets.first[cell], cloud.buckets.first[cell + 1]
-    work.cell[0], work.cell[1] = cell, end - first
-    for c in range(end - first):
-        i = cloud.buckets.entry[first + c]
-        work.candidate[c], work.square[c] = i, cloud.square[i]
-        for d in range(len(cloud.form.axes)):
-            work.place[d, c] = cloud.nodes[i, d]
+def list_candidates(cloud, x, row, growth, work):
+    """List the nodes of all cells that the support of a point may reach, unless it is done already.
 
-
-@lean
-def corner(cloud, x, p, row, radius):
-    """Cells along each axis where the box around ``|xi_i| < radius`` ends; begins, for -radius."""
-    dim, half = len(cloud.form.axes), cloud.metric.half
-    return (
-        cell_along(cloud.buckets, 0, x[p, 0] + radius * half[row, 0]),
-        cell_along(cloud.buckets, 1, x[p, 1] + radius * half[row, 1]) if dim > 1 else 0,
-        cell_along(cloud.buckets, 2, x[p, 2] + radius * half[row, 2]) if dim > 2 else 0,
-    )
-
-
-@lean
-def gather_near(cloud, x, p, row, radius, work):
-    """Number of nodes with ``|xi_i| < radius`` in the metric `row`; their xi_i go to `work.dx`.
-
-    Cells hold each node once, as it has no support of its own here.
+    Where distances are plain, its cell has a list of the nodes whose supports reach that; otherwise
+    cells have the nodes in them, and all cells count that the box around ``|xi| < R`` meets.
     """
-    dim = len(cloud.form.axes)
-    buckets, metric = cloud.buckets, cloud.metric
-    low, high = corner(cloud, x, p, row, -radius), corner(cloud, x, p, row, radius)
-    square, inverse_square = radius * radius, 1.0 / (radius * radius)
-    found = 0
-    for a in range(low[0], high[0] + 1):
-        for b in range(low[1], high[1] + 1):
+    dim, buckets, box = len(cloud.form.axes), cloud.buckets, work.box
+    radius = growth * math.sqrt(cloud.square[0])
+    same = True
+    for d in range(3):
+        first = last = np.int64(0)
+        if d < dim:
+            reach = radius * cloud.metric.half[row, d] if cloud.metric.half.shape[0] > 0 else 0.0
+            first = cell_along(buckets, d, x[d] - reach)
+            last = cell_along(buckets, d, x[d] + reach)
+        same = same and box[d, 0] == first and box[d, 1] == last
+        box[d, 0], box[d, 1] = first, last
+    if same:  # often as for the point before
+        return
+    listed, largest, smallest = 0, 0.0, np.inf
+    for a in range(box[0, 0], box[0, 1] + 1):
+        for b in range(box[1, 0], box[1, 1] + 1):
             cell = (a * buckets.cells[1] + b) * buckets.cells[2]
-            for c in range(buckets.first[cell + low[2]], buckets.first[cell + high[2] + 1]):
+            for c in range(buckets.first[cell + box[2, 0]], buckets.first[cell + box[2, 1] + 1]):
                 i = buckets.entry[c]
-                distance = 0.0
+                inverse = cloud.inverse_square[i]
+                work.candidate[listed], work.inverse[listed] = i, inverse
+                largest, smallest = max(largest, inverse), min(smallest, inverse)
                 for d in range(dim):
-                    xi = 0.0
-                    for e in range(dim):
-                        xi += metric.pull[row, d, e] * (cloud.nodes[i, e] - x[p, e])
-                    work.dx[d, found] = xi
-                    distance += xi * xi
-                work.number[found] = i
-                work.inverse_square[found] = inverse_square
-                work.rr[found] = distance * inverse_square
-                found += distance < square
-    pad(cloud.form.axes, found, work)
-    return found
-
-
-@inlined
-def push(cloud, row, found, grad_phi):
-    """Gradients with respect to x from those with respect to xi: ``grad phi = S^-T dphi/dxi``."""
-    axes, pull = cloud.form.axes, cloud.metric.pull
-    by_xi = vector(axes)
-    for k in range(found):
-        for d in range(len(axes)):
-            by_xi[d] = grad_phi[row, k, d]
-        for d in range(len(axes)):
-            total = pull[row, 0, d] * by_xi[0]
-            for e in range(1, len(axes)):
-                total += pull[row, e, d] * by_xi[e]
-            grad_phi[row, k, d] = total
+                    work.place[d, listed] = cloud.nodes[i, d]
+                listed += 1
+    work.listed[0], work.extremes[0], work.extremes[1] = listed, largest, smallest

@@ -1,8 +1,6 @@
 """Maximum-entropy functions at one point after the other, inside the hull of nodes and on it."""
 
-import numpy as np
-
-from mpmbench.core.bases.entropy.locality import allocate, gather, pad, push
+from mpmbench.core.bases.entropy.locality import allocate, gather, pad
 from mpmbench.core.bases.entropy.priors import weigh
 from mpmbench.core.bases.entropy.solve import (
     COUNTED_MOVE,
@@ -15,7 +13,7 @@ from mpmbench.core.bases.entropy.solve import (
     finish,
     newton,
 )
-from mpmbench.core.compiled import compiled, inlined, lean, matrix, vector
+from mpmbench.core.compiled import inlined, lean, matrix, vector
 
 # How far, relative to the support, the gradient of a point on the hull is taken inside it.
 INWARDS = 2.0**-23
@@ -24,113 +22,116 @@ HULL_FLOOR = 1e-14  # for gradients in clouds on whose hull the point lies
 
 
 @inlined
-def surroundings(cloud, x, p, row, work):
-    """Find the nodes that count at a point, and weigh them; returns their number, and reach."""
-    found, reach = gather(cloud, x, p, row, work)
-    growth = cloud.metric.growth[row] if cloud.metric.growth.shape[0] > 0 else 1.0
+def surroundings(cloud, x, row, work, pull):
+    """Find the nodes that count at a point x, and weigh them; returns their number, and reach."""
+    found, reach = gather(cloud, x, row, work, pull)
     if found > 0:
+        growth = cloud.metric.growth[row] if cloud.metric.growth.shape[0] > 0 else 1.0
         weigh(cloud.form, found, growth, work)
     return found, reach
 
 
-@inlined
-def evaluate_inside(cloud, x, p, work, row, stored):
-    """Write the functions at point `p` of `x` to row `row`.
-
-    Returns what becomes of the point, the numbers of its functions and of Newton's steps, and
-    whether it lies on the hull.
-    """
-    form = cloud.form
-    found, reach = surroundings(cloud, x, p, row, work)
-    if found == 0:
-        return OUTSIDE, 0, 0, False
-    if found > stored.index.shape[1]:
-        return TOO_NARROW, found, 0, False
-    step = vector(form.axes)
-    status, steps, on_hull = newton(form, found, reach, LAST_MOVE, work, step)
-    if status != DONE or on_hull:
-        return status, found, steps, on_hull
-    residual, _ = finish(form.axes, found, work, step, 0.0, row, stored)
-    if not residual <= form.tolerance * form.spacing * reach:
-        return STALLED, found, steps, False
-    if cloud.metric.growth.shape[0] > 0:
-        push(cloud, row, found, stored.grad_phi)
-    return DONE, found, steps, False
-
-
 @lean
-def evaluate_on_hull(cloud, x, p, found, work, row, stored):
-    """The same for a point on the hull: values of the limit, and gradients from a little inside.
+def evaluate_range(cloud, work, x, first, last, stored, iterations, starts):
+    """Store the functions of points ``first <= p < last``; any split gives the same bits.
+
+    Newton's method starts at the multipliers `starts`, shape (n, dim), and leaves its own there,
+    zero for points on the hull. Returns what became of the first point that failed, its number and
+    that of nodes around it. Where the stored rows are too narrow, this is the largest number of
+    nodes at one of the points from there on.
 
     On a face of the hull only the nodes of that face have non-zero functions, and lambda is
     infinite. The values there are within the tolerance; the gradient exists only as a limit, taken
-    on the way to the middle of the support.
+    on the way to the middle of the support: the point is evaluated once more a little inside.
     """
-    form = cloud.form
-    inside = matrix((0.0,), form.axes)
-    first = np.int64(0)  # for a literal 0 all that is called here would be compiled once more
-    for d in range(len(form.axes)):
-        inside[0, d] = x[p, d]
-    for k in range(found):
-        for d in range(len(form.axes)):
-            inside[0, d] += INWARDS / found * (cloud.nodes[work.number[k], d] - x[p, d])
-    status, size, _, again = evaluate_inside(cloud, inside, first, work, row, stored)
-    if status != DONE or again:
-        return (TOO_NARROW if status == TOO_NARROW else FLAT), max(size, found)
-
-    step = vector(form.axes)
-    found, reach = surroundings(cloud, x, p, row, work)
-    newton(form, found, reach, LAST_MOVE, work, step)
-    most = total = 0.0
-    for k in range(found):
-        work.w[k] *= work.e[k]
-        most += work.w[k]
-    for k in range(found):
-        work.w[k] = 0.0 if work.w[k] <= form.tolerance * most else work.w[k]
-        total += work.w[k]
-    for k in range(size):
-        stored.phi[row, k] = 0.0
-        for near in range(found):
-            if work.number[near] == stored.index[row, k]:
-                stored.phi[row, k] = work.w[near] / total
-    return DONE, size
-
-
-@lean
-def evaluate_range(cloud, work, x, first, last, stored, iterations):
-    """Store the functions of points ``first <= p < last``; any split gives the same bits.
-
-    Returns what became of the first point that failed, its number and that of nodes around it.
-    """
+    form, axes = cloud.form, cloud.form.axes
+    point, multiplier, step, pull = vector(axes), vector(axes), vector(axes), matrix(axes, axes)
+    narrow, most, width = -1, 0, stored.index.shape[1]
+    work.box[0, 0] = -1
     for p in range(first, last):
-        status, found, steps, on_hull = evaluate_inside(cloud, x, p, work, p, stored)
-        if status == DONE and on_hull:
-            status, found = evaluate_on_hull(cloud, x, p, found, work, p, stored)
-        iterations[p] = steps
-        if status != DONE:
-            return status, p, found
-        stored.size[p] = found
+        for d in range(len(axes)):
+            point[d], multiplier[d] = x[p, d], starts[p, d]
+            starts[p, d] = 0.0
+        on_face, held, iterations[p] = False, 0, 0
+        while True:
+            found, reach = surroundings(cloud, point, p, work, pull)
+            if narrow >= 0 or found > width:
+                narrow, most = (p if narrow < 0 else narrow), max(most, found)
+                break
+            if found == 0:
+                return (FLAT if on_face else OUTSIDE), p, held
+            status, steps, on_hull = newton(form, found, reach, LAST_MOVE, work, multiplier, step)
+            if not on_face:
+                iterations[p] = steps
+            if status == DONE and on_hull and not on_face:
+                on_face, held = True, found
+                hold_limit(cloud.nodes, axes, found, form.tolerance, point, multiplier, work)
+                continue
+            if status == DONE and not on_hull:
+                residual, _ = finish(axes, found, work, step, 0.0, pull, p, stored)
+                if not residual <= form.tolerance * form.spacing * reach:
+                    status = STALLED
+            if on_face and (status != DONE or on_hull):
+                status = FLAT
+            if status != DONE:
+                return status, p, max(found, held)
+            stored.size[p] = found
+            if on_face:
+                put_limit(found, held, p, work, stored)
+            else:
+                for d in range(len(axes)):
+                    starts[p, d] = multiplier[d] + step[d]
+            break
+    if narrow >= 0:
+        return TOO_NARROW, narrow, most
     return DONE, -1, 0
 
 
 @lean
-def widest(cloud, work, x):
-    """Largest number of nodes that count at one of the points."""
-    most = 0
-    for p in range(x.shape[0]):
-        most = max(most, gather(cloud, x, p, p, work)[0])
-    return most
+def hold_limit(nodes, axes, found, tolerance, point, multiplier, work):
+    """Hold the values on the hull, and move the point a little towards the middle of its nodes."""
+    most = total = 0.0
+    for k in range(found):
+        work.value[k], work.held[k] = work.w[k] * work.e[k], work.number[k]
+        most = max(most, work.value[k])
+    for k in range(found):
+        work.value[k] = 0.0 if work.value[k] <= tolerance * most else work.value[k]
+        total += work.value[k]
+    for k in range(found):
+        work.value[k] /= total
+    for d in range(len(axes)):
+        inwards = 0.0
+        for k in range(found):
+            inwards += INWARDS / found * (nodes[work.held[k], d] - point[d])
+        point[d] += inwards
+        multiplier[d] = 0.0
+
+
+@lean
+def put_limit(found, held, p, work, stored):
+    """Store the values that were held for those at a point a little inside."""
+    for k in range(found):
+        stored.phi[p, k] = 0.0
+        for near in range(held):
+            if work.held[near] == stored.index[p, k]:
+                stored.phi[p, k] = work.value[near]
 
 
 @lean
 def count_steps(cloud, work, x, iterations):
     """Newton steps at each point until the residual meets the tolerance, -1 where they fail."""
-    step = vector(cloud.form.axes)
+    axes = cloud.form.axes
+    point, multiplier, step, pull = vector(axes), vector(axes), vector(axes), matrix(axes, axes)
+    work.box[0, 0] = -1
     for p in range(x.shape[0]):
         iterations[p] = -1
-        found, reach = surroundings(cloud, x, p, p, work)
+        for d in range(len(axes)):
+            point[d], multiplier[d] = x[p, d], 0.0
+        found, reach = surroundings(cloud, point, p, work, pull)
         if found > 0:
-            status, steps, _ = newton(cloud.form, found, reach, COUNTED_MOVE, work, step)
+            status, steps, _ = newton(
+                cloud.form, found, reach, COUNTED_MOVE, work, multiplier, step
+            )
             if status == DONE:
                 iterations[p] = steps
 
@@ -143,7 +144,10 @@ def evaluate_clouds(form, radius, clouds, points, strict, work, stored, failed):
     the tolerance.
     """
     axes = form.axes
-    step = vector(axes)
+    multiplier, step, pull = vector(axes), vector(axes), matrix(axes, axes)
+    for d in range(len(axes)):
+        for e in range(len(axes)):
+            pull[d, e] = 1.0 if d == e else 0.0
     for q in range(points.shape[0]):
         p = points[q]
         found, reach = stored.size[p], clouds.radius[p]
@@ -156,22 +160,23 @@ def evaluate_clouds(form, radius, clouds, points, strict, work, stored, failed):
             work.number[k], work.rr[k] = i, square / (reach * reach)
         pad(axes, found, work)
         weigh(form, found, reach / radius, work)
-        status, _, on_hull = newton(form, found, reach, LAST_MOVE, work, step)
+        for d in range(len(axes)):
+            multiplier[d] = 0.0
+        status, _, on_hull = newton(form, found, reach, LAST_MOVE, work, multiplier, step)
         failed[p] = True
         if status != DONE:
             continue
         if on_hull:
             for d in range(len(axes)):
                 step[d] = 0.0
-        residual, condition = finish(axes, found, work, step, HULL_FLOOR, p, stored)
+        residual, condition = finish(axes, found, work, step, HULL_FLOOR, pull, p, stored)
         failed[p] = not (
             residual <= form.tolerance * form.spacing * reach
             and (condition < LARGEST_CONDITION or not strict)
         )
 
 
-@compiled
 def fill_points(form, radius, clouds, points, strict, stored, failed):
     """The same, in the shape that `CloudBasis` asks for."""
-    work = allocate(form.axes, stored.index.shape[1])
+    work = allocate(len(form.axes), stored.index.shape[1])
     evaluate_clouds(form, radius, clouds, points, strict, work, stored, failed)

@@ -19,10 +19,12 @@ DONE, TOO_NARROW, OUTSIDE, FLAT, STALLED = 0, 1, 2, 3, 4  # what becomes of a po
 # Lengths of Newton steps, in exponents.
 LAST_MOVE = 1e-5  # with its third-order correction, a shorter step errs by its cube
 COUNTED_MOVE = 1e-7  # the same for a plain Newton step, which errs by its square
+SMALL_MOVE = 4e-3  # a shorter one changes exponentials by their series to the fifth power
 SAFE_MOVE = 0.85  # a step with exponents in a range of twice this always lessens log Z
 FAR = 30.0  # exponents that are reached only on the way to infinity, near the hull and beyond
 # Inverse variance, in supports, of points closer than about 1e-9 h to the hull.
 HULL_CONDITION = 1e9
+SIXTH = 1.0 / 6.0
 
 
 @summing
@@ -67,13 +69,24 @@ def exponent_range(axes, found, vector, work):
 
 
 @inlined
-def tilt(axes, found, reach, multiplier, work, r, H):
-    """Fill e_i and the moments for these multipliers; returns Z and the logarithm that it lacks."""
+def tilt(axes, found, reach, multiplier, work):
+    """Fill e_i for these multipliers; returns the logarithm that they lack."""
     shift = 0.0
     if length(axes, multiplier) * reach > 300.0:  # else no exponential can overflow
         shift = -exponent_range(axes, found, multiplier, work)[0]
     exponentials(axes, multiplier, work.dx, shift, work.e, whole_lanes(found))
-    return moments(axes, found, work, r, H), shift
+    return shift
+
+
+@inlined
+def nudge(axes, found, step, work):
+    """Change e_i by a step of the multipliers that is at most `SMALL_MOVE` long: exp(-t) by its series."""
+    for k in range(whole_lanes(found)):
+        t = 0.0
+        for d in range(len(axes)):
+            t -= step[d] * work.dx[d, k]
+        s = t * t
+        work.e[k] *= (1.0 + t) + s * ((0.5 + t * SIXTH) + s * (0.25 * SIXTH + t * (0.05 * SIXTH)))
 
 
 @summing
@@ -93,8 +106,17 @@ def correct(axes, found, work, inverse_H, Z, third, step):
             step[d] += 0.5 / Z * inverse_H[d, b] * third[b]
 
 
+@summing
+def partition(found, work):
+    """``Z = sum_i w_i e_i``."""
+    Z = 0.0
+    for k in range(whole_lanes(found)):
+        Z += work.w[k] * work.e[k]
+    return Z
+
+
 @lean
-def take_safely(axes, found, reach, height, multiplier, step, work, r, H):
+def take_safely(axes, found, reach, height, multiplier, step, r, work):
     """Take a Newton step that may be too long, and shorten it where log Z does not fall enough.
 
     The parabola through what is known tells by how much, but never to less than ``log(1 + n) / n``
@@ -113,32 +135,42 @@ def take_safely(axes, found, reach, height, multiplier, step, work, r, H):
     while True:
         for d in range(len(axes)):
             multiplier[d] = origin[d] + fraction * step[d]
-        Z, shift = tilt(axes, found, reach, multiplier, work, r, H)
-        change = math.log(Z) + shift - height
+        shift = tilt(axes, found, reach, multiplier, work)
+        change = math.log(partition(found, work)) + shift - height
         if fraction <= surely or change <= -1e-4 * fraction * slope:
-            return Z, shift
+            return shift
         lowest = 0.5 * fraction * fraction * slope / (change + fraction * slope)
         fraction = max(surely, min(lowest, 0.5 * fraction) if lowest > 0.0 else 0.0)
 
 
 @inlined
-def newton(form, found, reach, last_move, work, step):
-    """Minimise log Z over the multipliers by Newton's method from lambda = 0.
+def newton(form, found, reach, last_move, work, multiplier, step):
+    """Minimise log Z by Newton's method from the multipliers lambda that are given.
 
-    Leaves e_i, and in `step` what a last step would still add to lambda. Returns what becomes of
-    the point, the number of steps until the residual met the tolerance, and whether the point lies
-    on the hull, where lambda is infinite and only the residual can converge.
+    Leaves lambda, e_i, and in `step` what a last step would still add to lambda. Returns what
+    becomes of the point, the number of steps until the residual met the tolerance, and whether the
+    point lies on the hull, where lambda is infinite and only the residual can converge.
     """
     axes = form.axes
-    multiplier, r = vector(axes), vector(axes)
-    H, inverse_H = matrix(axes, axes), matrix(axes, axes)
+    r, H, inverse_H = vector(axes), matrix(axes, axes), matrix(axes, axes)
     goal = form.tolerance * form.spacing * reach
     for d in range(len(axes)):
-        multiplier[d] = 0.0
+        multiplier[d], step[d] = 0.0, multiplier[d]
     work.e[: whole_lanes(found)] = 1.0
-    Z, shift = moments(axes, found, work, r, H), 0.0
+    move, height, shift = length(axes, step) * reach, 0.0, 0.0
     size, counted = 0.0, -1
     for steps in range(form.most_steps + 1):
+        if steps > 0 and form.line_search and move > SAFE_MOVE:
+            shift = take_safely(axes, found, reach, height, multiplier, step, r, work)
+        else:
+            for d in range(len(axes)):
+                multiplier[d] += step[d]
+            if move > SMALL_MOVE:
+                shift = tilt(axes, found, reach, multiplier, work)
+            elif move > 0.0:
+                nudge(axes, found, step, work)
+        Z = moments(axes, found, work, r, H)
+        height = math.log(Z) + shift
         size = length(axes, multiplier) * reach
         residual = length(axes, r)
         if residual <= goal and counted < 0:
@@ -160,13 +192,6 @@ def newton(form, found, reach, last_move, work, step):
             if not form.line_search:
                 return STALLED, steps, False
             return (OUTSIDE if size > FAR else FLAT), steps, False
-        if form.line_search and move > SAFE_MOVE:
-            height = math.log(Z) + shift
-            Z, shift = take_safely(axes, found, reach, height, multiplier, step, work, r, H)
-        else:
-            for d in range(len(axes)):
-                multiplier[d] += step[d]
-            Z, shift = tilt(axes, found, reach, multiplier, work, r, H)
     return (OUTSIDE if size > FAR else STALLED), form.most_steps + 1, False
 
 
@@ -216,35 +241,52 @@ def last_sums(axes, found, work, step, r, b, H, B):
 
 
 @inlined
-def finish(axes, found, work, step, floor, row, stored):
+def finish(axes, found, work, step, floor, pull, row, stored):
     """Take the last Newton step and write values and gradients to row `row` of `stored`.
 
     ``grad phi_i = phi_i (M dx_i + b) - psi_i dx_i`` with ``psi_i = g_i e_i / Z`` (which is phi_i
     grad w_i / w_i along -dx_i), ``b = sum_j psi_j dx_j`` and ``M = (I + sum_j psi_j dx_j (x) dx_j)
-    H^-1``: Wobbes 2020, Eqs. 84-86, with the signs corrected. For points on the hull, where H is
-    singular, its diagonal is raised by `floor` times its trace. Returns the residual ``|sum_i phi_i
-    dx_i|`` [m], and the traces of H and its inverse multiplied.
+    H^-1``: Wobbes 2020, Eqs. 84-86, with the signs corrected; where dx are in the metric of the
+    point, times ``S^-T``, the transposed of `pull`. For points on the hull, where H is singular,
+    its diagonal is raised by `floor` times its trace. Returns the residual ``|sum_i phi_i dx_i|``
+    [m], and the traces of H and its inverse multiplied.
     """
-    b, r = vector(axes), vector(axes)
-    H, B, M = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
+    b, r, c = vector(axes), vector(axes), vector(axes)
+    H, B, M, N = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
     Z = last_sums(axes, found, work, step, r, b, H, B)
     scale = 1.0 / Z
     for d in range(len(axes)):
         r[d] *= scale
         b[d] *= scale
-        for c in range(d + 1):
-            H[d, c] *= scale
-            B[d, c] *= scale
-            H[c, d], B[c, d] = H[d, c], B[d, c]
+        for e in range(d + 1):
+            H[d, e] *= scale
+            B[d, e] *= scale
+            H[e, d], B[e, d] = H[d, e], B[d, e]
         B[d, d] += 1.0
     condition = divide(axes, B, H, floor, M)
+    multiply(axes, pull.T, M, N)
+    for d in range(len(axes)):
+        c[d] = 0.0
+        for e in range(len(axes)):
+            c[d] += pull[e, d] * b[e]
+    write_gradients(axes, found, work, scale, N, c, pull)
     for k in range(found):
-        value, psi = work.w[k] * scale, work.g[k] * scale
-        stored.phi[row, k] = value
+        stored.phi[row, k] = work.w[k]
         stored.index[row, k] = work.number[k]
         for d in range(len(axes)):
-            total = b[d]
-            for c in range(len(axes)):
-                total += M[d, c] * work.dx[c, k]
-            stored.grad_phi[row, k, d] = value * total - psi * work.dx[d, k]
+            stored.grad_phi[row, k, d] = work.offset[d, k]
     return length(axes, r), condition
+
+
+@inlined
+def write_gradients(axes, found, work, scale, N, c, pull):
+    """Values times `scale` in w, and in `offset` ``phi_i (N dx_i + c) - psi_i S^-T dx_i``."""
+    for k in range(whole_lanes(found)):
+        value, psi = work.w[k] * scale, work.g[k] * scale
+        work.w[k] = value
+        for d in range(len(axes)):
+            along, across = c[d], 0.0
+            for e in range(len(axes)):
+                along += N[d, e] * work.dx[e, k]
+                across += pull[e, d] * work.dx[e, k]
+            work.offset[d, k] = value * along - psi * across
