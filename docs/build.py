@@ -21,9 +21,6 @@ from pathlib import Path
 from typing import Any, get_origin
 from urllib.parse import unquote, urlsplit
 
-from matplotlib.figure import Figure
-from matplotlib.image import imread
-
 DOCS = Path(__file__).resolve().parent
 ROOT, BUILD = DOCS.parent, DOCS / "_build"
 SOURCE, HTML, RESULTS = BUILD / "source", BUILD / "html", BUILD / "results"
@@ -36,6 +33,7 @@ from mpmbench.commands.list import sentences_of  # noqa: E402
 from mpmbench.commands.verbs import VERBS  # noqa: E402
 from mpmbench.report.notebook import Result  # noqa: E402
 from mpmbench.report.picture import rendered  # noqa: E402
+from mpmbench.report.picture import sheet as contact_sheet  # noqa: E402
 from mpmbench.results import layout, netcdf  # noqa: E402
 from mpmbench.settings.schema import GROUPS, declared, description, options  # noqa: E402
 from mpmbench.settings.words import about, in_yaml  # noqa: E402
@@ -198,7 +196,8 @@ def gallery(found: dict[str, Path]) -> list[str]:
             sheet += [f"![Particles of {name} at the end]({picture.relative_to(SOURCE)})", ""]
         else:
             sheet += ["It has no particles that could be drawn.", ""]
-    contact_sheet(drawn, pictures / "contact_sheet.png")
+    images = [picture.read_bytes() for picture in drawn.values()]
+    (pictures / "contact_sheet.png").write_bytes(contact_sheet(images))
     head = ["# Gallery", "", "`show` on a run of every problem; below, each by itself.", ""]
     head += [f"![{', '.join(drawn)}](pictures/contact_sheet.png)", ""]
     sheet = [*head, *sheet, "## Examples", ""]
@@ -218,18 +217,6 @@ def gallery(found: dict[str, Path]) -> list[str]:
                 "",
             ]
     return sheet
-
-
-def contact_sheet(drawn: dict[str, Path], target: Path, columns: int = 4) -> None:
-    """All pictures in one, each below its name."""
-    rows = -(-len(drawn) // columns)
-    figure = Figure((3.0 * columns, 2.4 * rows), layout="constrained")
-    for axis in (places := figure.subplots(rows, columns, squeeze=False).ravel()):
-        axis.axis("off")
-    for axis, (name, picture) in zip(places, drawn.items(), strict=False):
-        axis.imshow(imread(picture))
-        axis.set_title(name, fontsize=9)
-    figure.savefig(target, dpi=110)
 
 
 def outcome_of(example: Path) -> tuple[str, dict[str, Any]]:

@@ -11,7 +11,7 @@ from mpmbench.commands.places import result_files
 from mpmbench.commands.words import Words
 from mpmbench.report.fields import NoField, field_of
 from mpmbench.report.names import safe_name
-from mpmbench.report.picture import View, picture, rendered
+from mpmbench.report.picture import View, picture, rendered, sheet
 from mpmbench.results.netcdf import Damaged, load
 from mpmbench.results.one_move import in_one_move
 from mpmbench.runs.sweep.display import shorten
@@ -31,6 +31,9 @@ def parser() -> Words:
     )
     add_common(words)
     words.add_argument("--time", type=float, metavar="SECONDS", help="instant; the last by default")
+    words.add_argument(
+        "--sheet", action="store_true", help="one picture of all results of a folder, besides"
+    )
     words.add_argument(
         "--window", action="store_true", help="open a window too, where there is a screen"
     )
@@ -80,7 +83,7 @@ def main(arguments: list[str]) -> int:
     """``show RESULT [FIELD]``; exit code 1 when some result has no particles."""
     given = with_field(parser().read(arguments))
     files = result_files("show", Path(given.result))
-    windows, code = [], 0
+    windows, images, code = [], [], 0
     for file in files:
         try:
             dataset = load(file)
@@ -94,9 +97,16 @@ def main(arguments: list[str]) -> int:
             given.out, file, f"{safe_name(name)}{moment(dataset, given.time, k)}", "png", files
         )
         with in_one_move(target) as unfinished:
-            unfinished.write_bytes(rendered(figure))
+            images.append(rendered(figure))
+            unfinished.write_bytes(images[-1])
         say(shorten(str(target)))
         windows.append(target)
+    if given.sheet and images:
+        target = place(given.out, files[0], "", "png", files).with_name("sheet.png")
+        with in_one_move(target) as unfinished:
+            unfinished.write_bytes(sheet(images))
+        say(shorten(str(target)))
+        windows = [target]
     if given.window:
         open_windows(windows)
     return code

@@ -157,7 +157,7 @@ def fields(study: Study) -> Iterator[Field]:
         quantity = quantity_of(runs)
         if quantity is None or clock not in runs:
             continue
-        runs = runs.assign(error=runs[quantity], cost=runs[clock])
+        runs = runs.assign(error=runs[quantity].abs(), cost=runs[clock])
         unit = study.campaign.units.get(quantity, "")
         name = ", ".join(filter(None, [study.problem, variant_name(task)]))
         yield Field(name, quantity, "" if unit == "1" else unit, clock, runs)

@@ -28,6 +28,7 @@ from mpmbench.report.names import drawn
 COLOURS = 128  # in the palette of an animated GIF
 REST = 1500  # [ms] that its last picture stays
 DPI = 150
+TILE, MOST_BESIDE = 480, 4  # of a contact sheet: width [pixels], and how many stand side by side
 
 
 @dataclass(frozen=True)
@@ -251,6 +252,24 @@ def rendered(figure: Figure) -> bytes:
     file = io.BytesIO()
     with style.applied():
         figure.savefig(file, format="png", dpi=DPI, metadata={"Software": None})
+    return file.getvalue()
+
+
+def sheet(pictures: list[bytes]) -> bytes:
+    """Pictures, as PNG, beside and below each other in one."""
+    images = [Image.open(io.BytesIO(one)).convert("RGB") for one in pictures]
+    for image in images:
+        image.thumbnail((TILE, TILE))
+    columns = min(MOST_BESIDE, len(images))
+    rows = [images[k : k + columns] for k in range(0, len(images), columns)]
+    heights = [max(image.height for image in row) for row in rows]
+    whole = Image.new("RGB", (columns * TILE, sum(heights)), "white")
+    for k, row in enumerate(rows):
+        for j, image in enumerate(row):
+            beside = (TILE - image.width) // 2
+            whole.paste(image, (j * TILE + beside, sum(heights[:k])))
+    file = io.BytesIO()
+    whole.save(file, "PNG", optimize=True)
     return file.getvalue()
 
 

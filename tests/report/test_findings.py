@@ -66,6 +66,16 @@ def test_quantities_of_interest_are_in_page_table_and_sentence(tmp_path, write_r
     assert float(rows[1]["kinetic energy [J]"]) == pytest.approx(np.cos(1e-4) ** 2)
 
 
+def test_of_errors_with_a_sign_the_best_is_nearest_to_zero(tmp_path, write_run):
+    nothing = {"error_displacement_rms": np.nan, "error_stress_rms": np.nan}
+    nothing |= {"error_velocity_rms": np.nan, "error_displacement_relative": np.nan}
+    for method, error in (("mpm", 1e-3), ("otm", -2e-3)):
+        write_run(tmp_path, method, scalars=nothing | {"error_end": error}, **BARE)
+    assert findings(study_of(tmp_path))[0].startswith(
+        "MPM, linear is best at every cost; the smallest end error"
+    )
+
+
 def test_a_quantity_is_told_at_the_smallest_time_step(tmp_path, write_run):
     for step, run_out in ((1e-5, 0.5), (1e-6, 0.7)):
         write_run(tmp_path, time_step=step, scalars={"run_out": run_out}, **BARE)

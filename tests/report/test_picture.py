@@ -128,6 +128,10 @@ def test_the_commands_write_files(write_run, tmp_path, monkeypatch, capsys):
     assert main(["show", str(results)]) == 0
     found = sorted(file.name for file in (results / "pictures").iterdir())
     assert found == sorted([f"{plate.stem}-stress.png", f"{bar.stem}-stress.png"])
+    assert main(["show", str(results), "--sheet", "--out=all"]) == 0
+    whole = np.array(Image.open("all/sheet.png"))
+    assert whole.shape[1] == 2 * picture.TILE, "two results side by side"
+    assert all(half.min() < 128 for half in np.split(whole, 2, axis=1)), "both are drawn"
     assert main(["show", str(bar), "velocity", "--out=here.png", "--time=0"]) == 0
     assert Image.open("here.png").format == "PNG"
     assert main(["show", str(bar), "--field=velocity", "--out=there.png", "--time=0"]) == 0
