@@ -89,6 +89,17 @@ class Runs:
         self._remember(f"{quantity} of {_words(match)}", value, values.index)
         return value
 
+    def known(self, campaign: str, quantity: str, **match: Any) -> float:
+        """The number of the one run that matches, however it ended; raises `MissingRuns` without one."""
+        runs = self._matching(campaign, match)
+        values = runs[quantity].dropna() if quantity in runs else pd.Series(dtype=float)
+        if len(values) != 1:
+            raise MissingRuns(
+                f"{campaign}: {len(values)} runs with {_words(match)} have {quantity}"
+            )
+        self._remember(f"{quantity} of {_words(match)}", float(values.iloc[0]), values.index)
+        return float(values.iloc[0])
+
     def order(
         self, campaign: str, quantity: str, cells: Iterable[int] = (), **match: Any
     ) -> OrderEstimate:

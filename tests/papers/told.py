@@ -27,6 +27,8 @@ class ToldRuns(Runs):
             raise MissingRuns(value)
         return value
 
+    known = number
+
     def status(self, campaign: str, **match: Any) -> str:
         value = self.tell(campaign, "status", match)
         return value if isinstance(value, str) else "ok"

@@ -29,7 +29,8 @@ COMPRESSED = np.exp(-1e-3)  # of det F: below it the authors' program lets no pa
 class Asflip(Apic):
     """Affine-augmented separable FLIP, Fei et al. 2021: apic with ``method.flip`` and ``method.separation``.
 
-    With ``method.flip=0`` it is APIC. What is given back belongs to no affine field: the angular
+    With ``method.flip=0`` it is APIC. Places that follow make it of order 2 on the plate, where apic has 3. What
+    is given back belongs to no affine field: the angular
     momentum is not exact.
     """
 
@@ -37,7 +38,7 @@ class Asflip(Apic):
         **Apic.particle_data,
         "remainder": ParticleData(("dim",), "m s-1", "part of the velocity that nodes do not have"),
     }
-    promises: ClassVar[TransferPromises] = TransferPromises(affine=True, order=3.0)
+    promises: ClassVar[TransferPromises] = TransferPromises(affine=True)
 
     def flip_weight(self, choices: Any) -> float:
         """The method's setting, alpha."""

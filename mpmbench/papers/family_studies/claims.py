@@ -16,10 +16,11 @@ claim = Claims()
 EXACT = 0.042  # late maximum of the cantilever's corner [m]
 NEAR = 0.05  # of it [m]
 AGREES = 0.1  # relative difference of rates
+SURE = 0.2  # a rate [1/s] at which a disturbance must grow a million times in 100 s
 
 
 def _rate(runs: Runs, name: str, stretch: float) -> float:
-    return runs.number("waves", "growth_rate_predicted", problem__stretch=stretch, **WAVES[name])
+    return runs.known("waves", "growth_rate_predicted", problem__stretch=stretch, **WAVES[name])
 
 
 @claim(
@@ -86,13 +87,13 @@ def agreement(runs: Runs) -> Answer:
         for stretch in STRETCHES:
             given = {"problem__stretch": stretch, **match}
             try:
-                predicted = runs.number("waves", "growth_rate_predicted", **given)
+                predicted = runs.known("waves", "growth_rate_predicted", **given)
             except MissingRuns:
                 continue
             try:
-                seen = runs.number("waves", "growth_rate", **given)
+                seen = runs.known("waves", "growth_rate", **given)
             except MissingRuns:
-                if predicted > 0.1 and runs.number("waves", "growth", **given) < 1e6:
+                if predicted > SURE and runs.known("waves", "growth", **given) < 1e6:
                     silent.append(f"{name} at {stretch:g}")
                 continue
             off, count = (
