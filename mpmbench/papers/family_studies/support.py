@@ -45,6 +45,12 @@ CANTILEVER: dict[str, Match] = {
     "OTM, max-ent": {"method": "otm"},
     "linear finite elements": {"method": "linear_fem"},
 }
+WALLED = {
+    name
+    for name, match in CANTILEVER.items()
+    if match.get("problem__behind") == "wall"
+    or match.get("basis") in ("gimp", "cpdi", "cpdi2", "ddmp")
+}
 
 LME: Match = {"method": "otm", "basis": "lme"}
 MLS: Match = {"method": "otm", "basis": "mls", "problem__particle_layout": "nodes"}
