@@ -67,3 +67,30 @@ def test_front_runs_as_measured_and_a_little_ahead() -> None:
         assert float(result.front[0]) == pytest.approx(0.05715, rel=0.03)
     held_back = run("dam_break", "mpm", "bspline", resolution=8, method__transfer="pic", **fluid)
     assert float(held_back.lead_of_front) < -0.2
+
+
+def test_ritters_wave_on_a_dry_bed() -> None:
+    """It keeps the volume, meets the column and the bed, and what is seeded as it is has no error."""
+    problem = registry.get("problem", "dam_break")(width=1.0, height=0.1)
+    c, t = np.sqrt(9.81 * 0.1), 0.6
+    x = np.linspace(1.0 - c * t, 1.0 + 2.0 * c * t, 30001)
+    depth = problem.ritter(x, t)
+    assert depth[0] == pytest.approx(0.1) and depth[-1] == pytest.approx(0.0, abs=1e-12)
+    assert np.trapezoid(depth, x) == pytest.approx(0.1 * c * t, rel=1e-6)
+    assert problem.ritter(np.array([1.0]), t)[0] == pytest.approx(4.0 / 9.0 * 0.1)
+    sampled = problem.profile_error(x, depth * (x[1] - x[0]), t)
+    assert sampled is not None and sampled < 1e-3
+    off = problem.profile_error(x, 0.5 * depth * (x[1] - x[0]), t)
+    assert off is not None and off > 0.1
+    assert (
+        problem.profile_error(x, depth, 0.2) is None
+        and problem.profile_error(x, depth, 1.1) is None
+    )
+
+
+@pytest.mark.slow
+def test_a_long_column_runs_out_as_shallow_water() -> None:
+    """Within 15 % of its depth of Ritter's profile."""
+    keys = {"problem__width": 1.0, "problem__height": 0.1, "material__bulk_modulus": 1.962e5}
+    result = run("dam_break", "mpm", "bspline", resolution=40, end_time=0.6, **keys)
+    assert float(result.error_profile) < 0.15
