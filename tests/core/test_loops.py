@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from mpmbench.case import solve
+from mpmbench.case import read, solve
 from mpmbench.contracts import loops
 from mpmbench.core import registry
 from mpmbench.core.errors import NotApplicable
@@ -147,3 +147,9 @@ def test_drag_takes_its_share_of_the_velocity_in_every_step(mass: str) -> None:
     assert np.allclose(state.particles.v, v, rtol=1e-10)
     work, gone = state.external_work, 0.5 * state.particles.m.sum() * (v**2 - 4.0)
     assert work == pytest.approx(gone, rel=drag * dt)
+
+
+def test_functions_alone_are_no_method_for_motion() -> None:
+    with pytest.raises(NotApplicable, match="evaluate moves nothing, and plate_axis_aligned"):
+        read(compose("plate_axis_aligned", "evaluate", "linear"))
+    read(compose("shape_functions", "evaluate", "linear"))

@@ -38,7 +38,7 @@ def test_a_column_as_high_as_wide_comes_to_rest_within_the_published_band() -> N
         method__transfer="apic",
         **GRAINS,
     )
-    assert abs(float(result.excess_of_run_out)) < 0.25
+    assert float(result.error_run_out) == abs(float(result.excess_of_run_out)) < 0.25
     assert abs(float(result.excess_of_height)) < 0.25
     assert float(result.kinetic_share) < 1e-4  # at rest
     assert np.all(np.diff(result.front.values) > -1e-3 * 0.1)  # and it does not go back

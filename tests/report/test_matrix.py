@@ -4,9 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from mpmbench.report import front, matrix_pages, page
+from mpmbench.report.front import quantity_of
 from mpmbench.results.records import read_campaign
 
 PROBLEMS = ("bar_fixed_ends", "patch_test", "rigid_motion")
@@ -102,3 +104,14 @@ def test_choose_takes_the_cheapest_run_that_is_good_enough(
     ):
         assert main(wrong) == 2
         assert sentence in capsys.readouterr().err
+
+
+def test_runs_are_compared_by_displacements_or_by_what_most_of_them_have() -> None:
+    """An error of the problem's own comes before those of other fields, which are better than none."""
+    runs = pd.DataFrame({"error_stress_rms": [1.0, 2.0], "error_own": [1.0, np.nan]})
+    assert quantity_of(runs) == "error_own"
+    assert quantity_of(runs.drop(columns="error_own")) == "error_stress_rms"
+    assert (
+        quantity_of(runs.assign(error_displacement_rms=[np.nan, 1.0])) == "error_displacement_rms"
+    )
+    assert quantity_of(pd.DataFrame({"steps": [1.0]})) is None
