@@ -186,7 +186,7 @@ def gallery(found: dict[str, Path]) -> list[str]:
         sheet += [f"## {name}", "", description("problem", name), ""]
         sheet += ["```text", f"python -m mpmbench {words_of(name)}", "```", ""]
         if name not in found:
-            sheet += ["It has no particles that could be drawn, or did not come to its end.", ""]
+            sheet += ["It has no particles that could be drawn, or was not run to its end.", ""]
             continue
         picture = pictures / f"{name}.png"
         command = [sys.executable, "-m", "mpmbench", "show", str(found[name]), f"--out={picture}"]

@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 import zipfile
@@ -12,6 +13,22 @@ import pytest
 from mpmbench.results.netcdf import read_attributes
 
 ROOT = Path(__file__).parents[2]
+# Commands of the README's table, on what its examples have left.
+OF_THE_TABLE = """\
+list papers
+status results/default
+report results/ablation
+compare results/default results/default
+merge results/both results/default results/ablation
+rerun {file}
+continue {file} end_time=0.0011
+export {file} --vtk
+export results/ablation --csv
+new material own plugins
+check plugins/own.py
+completion bash
+warmup method=mpm basis=linear
+"""
 
 
 @pytest.mark.slow
@@ -82,3 +99,51 @@ def test_what_a_wheel_says_of_itself_and_holds_also_without_a_checkout(tmp_path)
     assert "Project-URL: Source" in text and "Keywords: " in text and "Typing :: Typed" in text
     targets = re.findall(r"\]\(([^)]*)\)", text)
     assert targets and all(target.startswith("https://") for target in targets)
+
+
+def commands_of_readme() -> list[str]:
+    """Every command line of ours in the README's blocks but the first campaign, which takes minutes."""
+    blocks = re.findall(r"^```\w*\n(.*?)^```", (ROOT / "README.md").read_text(), re.M | re.S)
+    lines = [line for block in blocks for line in block.splitlines()]
+    return [line for line in lines if line.startswith("python -m mpmbench ")]
+
+
+@pytest.mark.slow
+def test_a_wheel_in_an_empty_folder_does_what_the_readme_shows(tmp_path):
+    """In an environment of its own, which has the libraries of this one and nothing of the sources."""
+    wheels, site, empty = (tmp_path / name for name in ("wheels", "site", "empty"))
+    empty.mkdir()
+    pip = [sys.executable, "-m", "pip"]
+    build = [*pip, "wheel", "--no-deps", "--wheel-dir", str(wheels), str(ROOT)]
+    subprocess.run(build, check=True, capture_output=True)
+    (wheel,) = wheels.glob("*.whl")
+    place = [*pip, "install", "--no-deps", "--target", str(site), str(wheel)]
+    subprocess.run(place, check=True, capture_output=True)
+    environment = {**os.environ, "PYTHONPATH": str(site)}
+    environment.pop("MPMBENCH_PLUGINS", None)
+
+    def done(*words: str) -> str:
+        outcome = subprocess.run(
+            [sys.executable, "-P", *words],
+            cwd=empty,
+            env=environment,
+            capture_output=True,
+            text=True,
+        )
+        assert outcome.returncode == 0, (words, outcome.stdout, outcome.stderr)
+        return outcome.stdout
+
+    shown = commands_of_readme()
+    assert len(shown) == 9
+    for line in shown:
+        done(*shlex.split(line)[1:])
+    file = next(empty.glob("results/default/mpm-linear-bar_fixed_ends-n8-*.nc"))
+    assert read_attributes(file)["git_commit"] != "unknown"
+    for line in OF_THE_TABLE.format(file=file.relative_to(empty)).splitlines():
+        said = done("-m", "mpmbench", *shlex.split(line))
+        assert said or line.startswith("warmup"), line
+    (python,) = re.findall(r"^```python\n(.*?)^```", (ROOT / "README.md").read_text(), re.M | re.S)
+    assert "resolution" in done("-c", python)
+    assert list(empty.rglob("*.gif")) or list(empty.rglob("*.mp4"))
+    assert done("-m", "mpmbench", "--version").startswith("0.2.0 (commit ")
+    assert (site / "bin" / "mpmbench").exists()  # the script
