@@ -220,9 +220,10 @@ def _add_snapshots(out: Variables, state: State, solution: Solution) -> None:
         ("displacement", ("dim",), position - X, "m"),
         ("velocity", ("dim",), kept("v"), "m s-1"),
         ("stress", ("dim", "dim2"), kept("sigma"), "Pa"),
+        ("deformation_gradient", ("dim", "dim2"), kept("F"), "1"),
         ("volume", (), kept("V"), f"m{p.dimension}"),
     ):
-        out[name] = labelled((*each, *axes), values, unit, name)
+        out[name] = labelled((*each, *axes), values, unit, name.replace("_", " "))
     derived = [derived_fields(state.material, shot) for shot in shots]
     for name, (_, unit, text) in derived[0].items():
         values = np.array([fields[name][0][keep] for fields in derived])

@@ -15,6 +15,7 @@ SEEN = 1e-300
 RESULT_NAMES = (
     *("time", "x", "v", "F", "sigma", "V", "state"),
     *("position", "displacement", "velocity", "stress", "volume", "particle", "snapshot"),
+    "deformation_gradient",
     *("L", "pressure", "von_mises", "plastic_strain", "temperature"),
 )
 

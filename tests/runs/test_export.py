@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from mpmbench.report.fields import names_of
 from tests.runs.conftest import start
 
 
@@ -162,12 +163,16 @@ def test_derived_fields_have_their_names_everywhere(tmp_path, command):
     assert last.von_mises.values == pytest.approx(radial)  # (sigma_11 - sigma_22) with equal others
     assert dataset.dissipated_energy[0] == 0.0 < dataset.dissipated_energy[-1]
     assert float(dataset.energy_drift) < 0.05
+    stretch = last.deformation_gradient.values[:, 0, 0]  # in 1D all there is of F
+    assert stretch == pytest.approx(last.volume.values / dataset.volume.values[0], rel=1e-12)
+    assert np.ptp(stretch) > 0.0 and names_of(dataset).count("deformation_gradient") == 1
     assert command("export", str(file), "--vtk", "--csv").code == 0
     piece = ElementTree.parse(instants(file.parent / "export")[-1][1]).getroot()
     arrays = {one.get("Name"): read_array(one) for one in piece.iter("DataArray")}
     (table,) = (file.parent / "export").glob("*-particles.csv")
     with open(table, encoding="utf-8") as lines:
         rows = list(csv.DictReader(lines))[-dataset.sizes["particle"] :]
+    assert arrays["deformation_gradient [1]"][:, 0].tolist() == stretch.tolist()
     for name, unit in names.items():
         assert arrays[f"{name} [{unit}]"][:, 0].tolist() == last[name].values.tolist()
         assert [float(row[f"{name} [{unit}]"]) for row in rows] == last[name].values.tolist()

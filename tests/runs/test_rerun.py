@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from mpmbench.commands.rerun import compare, relative_difference
+from mpmbench.results import netcdf
 from mpmbench.runs.sweep import execute
+from tests.report.conftest import make_run
 from tests.runs.conftest import start, waited
 from tests.support import edited, small, write
 
@@ -141,3 +143,13 @@ def test_errors_are_judged_by_the_size_of_what_they_are_errors_of(tmp_path, name
     verdict, details = compare(tmp_path / "old.nc", tmp_path / "new.nc", how, how)
     assert details == ([f"{name}: {judged}"] if judged else [])
     assert verdict == ("different" if judged else "equal within rounding")
+
+
+def test_what_later_versions_write_besides_is_no_difference(tmp_path):
+    old, extra = make_run(tmp_path / "old"), ("snapshot", "particle", "dim", "dim2")
+    dataset = netcdf.load(old)
+    new = tmp_path / "new.nc"
+    for name, verdict in (("deformation_gradient", "bitwise equal"), ("other", "different")):
+        netcdf.write(dataset.assign({name: (extra, 0.0 * dataset.stress.values)}), new)
+        before, after = netcdf.read_attributes(old), netcdf.read_attributes(new)
+        assert compare(old, new, before, after)[0] == verdict
