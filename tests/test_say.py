@@ -51,6 +51,9 @@ def test_lines_of_a_sweep_have_80_columns():
         assert all(line.startswith(" " * 8) for line in lines[1:])
     short = Record("mpm-linear-bar_fixed_ends-n8-0123abcd", "ok", "", "f.nc", scalars=good.scalars)
     assert display.line(short, 7, 12).endswith(" s  1.23e-05 m")
+    scalars = {"steps": (7.0, "1"), "plain_cells": (1.0, "1"), "run_out": (0.51234, "m")}
+    soil = Record("mpm-linear-soil_column-n8-0123abcd", "ok", "", "f.nc", scalars=scalars)
+    assert display.line(soil, 7, 12).endswith(" s  run out 0.512 m")
 
 
 def test_what_the_command_line_repeats_is_visible(capsys):

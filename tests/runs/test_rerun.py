@@ -150,6 +150,6 @@ def test_what_later_versions_write_besides_is_no_difference(tmp_path):
     dataset = netcdf.load(old)
     new = tmp_path / "new.nc"
     for name, verdict in (("deformation_gradient", "bitwise equal"), ("other", "different")):
-        netcdf.write(dataset.assign({name: (extra, 0.0 * dataset.stress.values)}), new)
+        write(dataset.assign({name: (extra, 0.0 * dataset.stress.values)}), new)
         before, after = netcdf.read_attributes(old), netcdf.read_attributes(new)
         assert compare(old, new, before, after)[0] == verdict

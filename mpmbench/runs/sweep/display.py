@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mpmbench.results.differences import differences, sentences, settings_of
-from mpmbench.results.quantities import ZERO_FIELD, own
+from mpmbench.results.quantities import ZERO_FIELD, of_interest, own
 from mpmbench.runs.sweep.execute import Record
 from mpmbench.runs.sweep.plan import Plan
 from mpmbench.say import WIDEST, in_lines, one_line
@@ -57,12 +57,21 @@ def of_the_field(relative: float) -> str:
 def line(record: Record, number: int, total: int) -> str:
     """One line about a run of a sweep with its displacement error, or below it why it has none."""
     width = len(str(total))
-    value, unit = record.scalars.get("error_displacement_rms", (math.nan, ""))
-    error = "" if math.isnan(value) else f"{value:.3g} {unit}"
+    error = first_number(record)
     start = (
         f"[{number:{width}}/{total}] {record.outcome:<2}  {record.name:<42} {record.seconds:6.3g} s"
     )
     return with_reason(start, record.unwritten or record.reason or error)
+
+
+def first_number(record: Record) -> str:
+    """The displacement error, or where the problem knows none its first quantity of interest."""
+    for name in ("error_displacement_rms", *of_interest(record.scalars)):
+        value, unit = record.scalars.get(name, (math.nan, ""))
+        if not math.isnan(value):
+            words = "" if name.startswith("error_displacement") else f"{name.replace('_', ' ')} "
+            return f"{words}{value:.3g} {unit if unit != '1' else ''}".rstrip()
+    return ""
 
 
 def with_reason(start: str, text: str) -> str:
