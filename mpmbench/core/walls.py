@@ -12,6 +12,7 @@ its particles, up to one support before its surface arrives.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -159,6 +160,21 @@ class Contacts:
         s.mass.solve(given, velocity)
         return velocity
 
+    def answer_here(self, s: "State", impulse: np.ndarray) -> np.ndarray:
+        """The same at the contacts alone [m/s], shape (C, dim)."""
+        if isinstance(s.mass, LumpedMass):  # contacts are no light nodes, which follow others
+            place, total = self.places
+            total[:] = 0.0
+            np.add.at(total, place, impulse)
+            return s.mass.divide_at(self.node, total[place])
+        return self.answer(s, impulse)[self.node]
+
+    @cached_property
+    def places(self) -> tuple[np.ndarray, np.ndarray]:
+        """Which of the nodes in contact each contact is at, shape (C,), and room for a vector of each."""
+        nodes, place = np.unique(self.node, return_inverse=True)
+        return place, np.zeros((len(nodes), self.normal.shape[1]))
+
     def largest_eigenvalue(self, s: "State") -> float:
         """Largest eigenvalue of ``m^(1/2) M^-1 m^(1/2)`` between the contacts, by the power method."""
         root = np.sqrt(self.mass)[:, None]
@@ -183,7 +199,7 @@ class Contacts:
         ahead = old = impulse
         t, turns = 1.0, np.zeros(len(step), dtype=np.int64)
         for _ in range(MOST_ITERATIONS):
-            velocity = target + self.answer(s, ahead)[self.node]
+            velocity = target + self.answer_here(s, ahead)
             new = self.admissible(ahead - step * velocity, turns > MOST_TURNS)
             turns += np.isinf(self.friction) & old.any(axis=1) & ~new.any(axis=1)
             if np.all(np.abs(new - ahead) <= enough * step):

@@ -92,6 +92,12 @@ class LumpedMass:
         divide(self._system, self.fixed, self.light_nodes.gathered(rhs, self._force), out)
         self.light_nodes.scatter(out)
 
+    def divide_at(self, node: np.ndarray, rhs: np.ndarray) -> np.ndarray:
+        """What `solve` gives at some nodes that are not light, where all else is zero; shapes (C,), (C, dim)."""
+        out = rhs / self._system[node, None]
+        out[self.fixed[node]] = 0.0
+        return np.asarray(out)
+
 
 @compiled
 def divide(m_i, fixed, rhs, out):
