@@ -154,7 +154,7 @@ def inline_svg(drawing: str, name: str, said: str = "") -> markupsafe.Markup:
     drawing = re.sub(r"<!--.*?-->\s*", "", drawing, flags=re.DOTALL)
     drawing = drawing.replace("'DejaVu Sans'", FONTS)
     drawing = PLACES.sub(lambda found: DIGITS.sub(r"\1", found[0]), drawing)
-    drawing = re.sub(r"\n\s*", "\n", drawing)
+    drawing = re.sub(r"\n\s*", "\n", drawing).replace("base64,\n", "base64,")
     drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.DOTALL)
     drawing = re.sub(r'\bid="', f'id="{name}-', drawing)
     drawing = re.sub(r'href="#', f'href="#{name}-', drawing)
