@@ -7,8 +7,8 @@ import pytest
 
 from mpmbench.contracts.materials import Path
 from mpmbench.core.materials.plastic import PLASTIC_WORK
-from mpmbench.core.materials.plastic.mu_i import OPENED, MuI
-from tests.core.plasticity import step
+from mpmbench.core.materials.plastic.mu_i import OPENED, MuI, shear_stress
+from tests.core.plasticity import step, strain_of
 
 GRAINS = MuI(young_modulus=1e9, cohesion=0.0)
 BULK = GRAINS.young_modulus / (3.0 * (1.0 - 2.0 * GRAINS.poisson_ratio))
@@ -68,6 +68,35 @@ def test_slow_shear_is_that_of_static_friction_and_a_step_without_time_too() -> 
     deviator = tau - np.trace(tau) / 3.0 * np.eye(3)
     friction = math.sqrt(0.5 * np.sum(deviator**2)) / (-np.trace(tau) / 3.0)
     assert friction == pytest.approx(math.tan(math.radians(21.0)), rel=1e-12)
+
+
+@pytest.mark.parametrize("dt", (1e-4, 1e-2, 1.0))
+def test_a_step_of_any_size_ends_on_the_curve_of_its_own_rate(dt: float) -> None:
+    """``q = mu(I) p`` with the rate ``(q_trial - q) / (G dt)``, exactly, and derivatives as differences say."""
+    soft = MuI(young_modulus=1e6, cohesion=0.0)
+    shear = soft.lame_parameters()[1]
+    squeeze = math.exp(-0.001)
+    increment = squeeze * np.array([[1.0, 0.02, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    tau, _, _ = step(soft, increment, np.zeros(9), dt)
+    pressure = -np.trace(tau) / 3.0
+    strain = strain_of(increment @ increment.T)
+    trial, q = (
+        math.sqrt(0.5 * np.sum((one - np.trace(one) / 3.0 * np.eye(3)) ** 2))
+        for one in (2.0 * shear * strain, tau)
+    )
+    assert q < trial
+    rate = (trial - q) / (shear * dt)
+    inertial = rate * soft.grain_diameter / math.sqrt(pressure / soft.grain_density)
+    assert q == pytest.approx(mu(inertial) * pressure, rel=1e-9)
+    _, by_trial, by_pressure = shear_stress(soft.law, trial, pressure, dt)
+    for number, given in enumerate((by_trial, by_pressure)):
+        off = np.zeros(2)
+        off[number] = 1e-4 * pressure
+        ends = [
+            shear_stress(soft.law, trial + s * off[0], pressure + s * off[1], dt)[0]
+            for s in (1.0, -1.0)
+        ]
+        assert (ends[0] - ends[1]) / (2.0 * off[number]) == pytest.approx(given, rel=1e-5, abs=1e-9)
 
 
 def test_grains_apart_carry_nothing_until_they_are_together_again() -> None:
