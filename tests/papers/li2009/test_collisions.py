@@ -116,3 +116,23 @@ def test_depths_stand_by_cells_and_rule(tmp_path: Path, write_run: Any) -> None:
     (table,) = impact.cells_chapter(read_campaigns(tmp_path)).tables
     read = [tuple(cell.value for cell in row[1:4]) for row in table.rows]
     assert read == [("shared", 0.625, 0.5), ("shared", 0.312, 1.0), ("penalty", 0.417, 0.75)]
+
+
+def test_a_setting_that_is_left_out_is_found(tmp_path: Path, write_run: Any) -> None:
+    """No rate effect is no rate exponent, which a table of numbers holds as nan."""
+    (tmp_path / "sphere_open").mkdir()
+    for exponent in (10.0, None):
+        changed = impact.BASE | {"material__rate_exponent": exponent}
+        settings: dict[str, dict[str, Any]] = {}
+        for key, value in changed.items():
+            group, _, name = key.partition("__")
+            settings.setdefault(group, {})[name] = value
+        write_run(
+            tmp_path / "sphere_open",
+            problem="sphere_impact",
+            scalars=dict.fromkeys(impact.READ, exponent or 0.7),
+            settings=settings,
+        )
+    (table,) = impact.open_chapter(read_campaigns(tmp_path)).tables
+    depths = {row[0].value: row[1].value for row in table.rows}
+    assert depths["no rate effect"] == 0.7 and depths[next(iter(impact.OPEN))] == 10.0
