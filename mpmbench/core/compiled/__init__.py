@@ -8,8 +8,9 @@ from collections.abc import Callable
 from typing import Any
 
 from llvmlite import ir
-from numba import njit, types
+from numba import jit, njit, types
 from numba.core import cgutils
+from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic, overload
 from numba.np.arrayobj import make_array, populate_array
 
@@ -48,9 +49,25 @@ def lean(function: Callable[..., Any]) -> Any:
     return njit(**(OPTIONS | {"_nrt": False}))(function)
 
 
+class ForKernels(CPUDispatcher):
+    """A function without wrappers, which numba would jump to at no address when Python calls it."""
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Compile it once more for Python, which calls it in tests, if at all."""
+        if "whole" not in self.__dict__:
+            self.whole = jit(**self.targetoptions | {"no_cpython_wrapper": False})(self.py_func)
+        return self.whole(*arguments)
+
+
 def inlined(function: Callable[..., Any]) -> Any:
     """Compile a small helper of `lean` kernels into its callers."""
-    return njit(**(OPTIONS | INLINED))(function)
+    return _for_kernels(function, INLINED)
+
+
+def _for_kernels(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    dispatcher = njit(**(OPTIONS | options))(function)
+    dispatcher.__class__ = ForKernels
+    return dispatcher
 
 
 def summing(function: Callable[..., Any]) -> Any:
@@ -59,8 +76,7 @@ def summing(function: Callable[..., Any]) -> Any:
     The order is fixed when it compiles, so that a result does not depend on threads; but two
     processors need not agree to the last bit.
     """
-    options: dict[str, Any] = INLINED | {"fastmath": {"contract", "reassoc"}}
-    return njit(**(OPTIONS | options))(function)
+    return _for_kernels(function, INLINED | {"fastmath": {"contract", "reassoc"}})
 
 
 _versions: set[tuple[str, type]] = set()

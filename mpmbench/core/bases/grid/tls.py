@@ -267,7 +267,7 @@ class ReconstructedSpline(TensorSpline):
         share = np.prod(tensor_points([0.5 * weight] * dim), axis=1)
         psi, fields = np.zeros((len(t), functions)), 1 + 2 * dim + dim * dim
         for g, point in enumerate(t):
-            taylor(point, psi[g])
+            taylor.py_func(point, psi[g])  # a few points: not worth a compilation
         cells = int(np.prod(box.cells))
         self._cells = Cells(
             np.array(box.lower),
