@@ -33,7 +33,7 @@ def test_what_is_out_of_the_plane_counts(name: str, dim: int) -> None:
     rng = np.random.default_rng(dim)
     steps, whole = [], []
     for size in (0.02, 0.1):
-        steps.append(0.98 * np.eye(dim) + size * rng.standard_normal((dim, dim)))
+        steps.append(0.8 * np.eye(dim) + size * rng.standard_normal((dim, dim)))
         F = np.eye(3)
         F[:dim, :dim] = steps[-1]
         whole.append(F)

@@ -297,7 +297,7 @@ def test_names_of_particle_data_are_taken_once() -> None:
 
 
 def test_transfers_that_are_not_there_or_make_no_sense() -> None:
-    with pytest.raises(BadSetting, match=r"one of .*apic, blend, flip"):
+    with pytest.raises(BadSetting, match=r"one of .*apic, asflip, blend, flip"):
         Explicit(transfer="flop")
     for name in (*NEW, "plain_apic"):
         with pytest.raises(NotApplicable, match=r"needs method\.mass=lumped"):
