@@ -23,13 +23,20 @@ EXPLICIT = [
     if method["time"] == "explicit" and method["name"] != "ulmpm"
 ]
 COMBINATIONS = [
-    Explicit("combination", "explicit", *parts)
-    for parts in itertools.product(
+    Explicit(
+        name="combination",
+        nodes=nodes,
+        shape_functions=functions,
+        mass=mass,
+        transfer=transfer,
+        flip=0.9,
+        stress_update=update,
+    )
+    for nodes, functions, mass, transfer, update in itertools.product(
         ("fixed", "moving"),
         ("updated", "frozen"),
         ("lumped", "consistent"),
         ("flip", "pic", "blend", "position_difference", "nodal"),
-        (0.9,),
         ("usl", "usf", "musl"),
     )
 ]
