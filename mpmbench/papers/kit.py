@@ -243,11 +243,11 @@ def number(campaigns: Campaigns, campaign: str, quantity: str, **match: Any) -> 
 
 
 def cell(campaigns: Campaigns, campaign: str, quantity: str, **match: Any) -> Cell:
-    """The number of the one run that matches, or its status, with its file; empty without a run."""
+    """The number of the one run that matches, or how it failed, with its file; empty without a run or a number."""
     with suppress(MissingRuns):
         return number(campaigns, campaign, quantity, **match)
     with suppress(MissingRuns):
         runs = Runs(campaigns)
         status = runs.status(campaign, **match).replace("_", " ")
-        return Cell(status, runs.evidence[-1].files)
+        return Cell("" if status == "ok" else status, runs.evidence[-1].files)
     return Cell()
