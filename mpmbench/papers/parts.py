@@ -1,7 +1,7 @@
 """What chapters share: rows of cells along an axis, their numbers, and curves."""
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,12 +13,24 @@ from mpmbench.report.evidence import MissingRuns
 from mpmbench.report.tables import Cell
 
 MOST_POINTS = 400  # of a drawn curve: no more can be seen
+LINES = ("-", "--", "-.", ":")
 
 
 def ticks(axes: Axes, values: Sequence[float]) -> None:
     """Ticks of the first axis at these values, each written in full; no minor ticks."""
     axes.set_xticks(values, [str(value) for value in values])
     axes.minorticks_off()
+
+
+def error_lines(
+    axes: Axes, cells: Sequence[int], rows: Mapping[str, Iterable[Cell]], label: str
+) -> None:
+    """Errors over resolutions in double logarithmic axes, one line for each method."""
+    for rank, (name, found) in enumerate(rows.items()):
+        line = LINES[rank % len(LINES)]
+        axes.loglog(cells, numbers(found), marker="o", ms=3, lw=1.1, ls=line, label=name)
+    ticks(axes, cells)
+    axes.set(xlabel="cells", ylabel=label)
 
 
 def along(

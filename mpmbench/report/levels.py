@@ -18,7 +18,6 @@ def finest_runs(study: Study) -> tuple[float, list[tuple[Series, str]]]:
             finest.setdefault(float(row.axis_value), []).append((one, str(file), particles))
     if not finest:
         return float("nan"), []
-    power = study.axis.power or -1
     affordable = {
         value: group
         for value, group in finest.items()
@@ -26,10 +25,7 @@ def finest_runs(study: Study) -> tuple[float, list[tuple[Series, str]]]:
     }
     choice = affordable or {min(finest): finest[min(finest)]}
     most = max(len(group) for group in choice.values())
-    value = min(
-        (value for value, group in choice.items() if len(group) == most),
-        key=lambda value: value if power > 0 else -value,
-    )
+    value = study.axis.finest(value for value, group in choice.items() if len(group) == most)
     shown: dict[tuple[str, str], int] = {}
     candidates: list[tuple[int, int, Series, str]] = []
     for one, file, _ in choice[value]:

@@ -30,8 +30,7 @@ def last_values(study: Study, name: str) -> dict[str, float]:
     if not found:
         return {}
     most = max(map(len, found.values()))
-    finest = min if study.axis.power == 1 else max
-    return found[finest(value for value in found if len(found[value]) == most)]
+    return found[study.axis.finest(value for value in found if len(found[value]) == most)]
 
 
 def table(study: Study) -> Table:

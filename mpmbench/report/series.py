@@ -1,6 +1,6 @@
 """Runs of one problem sorted into curves: the key they sweep, and what tells curves apart."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -65,6 +65,10 @@ class Axis:
     label: str
     unit: str
     power: int | None
+
+    def finest(self, values: Iterable[float]) -> float:
+        """The smallest value where the size is the value itself, as of a time step; else the largest."""
+        return min(values) if self.power == 1 else max(values)
 
 
 @dataclass(frozen=True, eq=False)

@@ -226,6 +226,20 @@ def moved(basis: EntropyBasis) -> np.ndarray:
     return -0.25 * offset * np.sin(np.pi * basis.nodes).prod(axis=1, keepdims=True)
 
 
+@pytest.mark.parametrize("settings", [MaxEnt(d_max=3.0), LocalMaxEnt(locality="fixed")])
+def test_nodes_around_a_point_are_listed_anew_when_they_have_moved(
+    settings: MaxEnt | LocalMaxEnt,
+) -> None:
+    """One point that stays sees the same cells: what was listed of their nodes is still not theirs."""
+    x = np.array([[0.47, 0.53]])
+    basis = settings.build(Box((0.0, 0.0), (1.0, 1.0), (8, 8)), 1, True)
+    basis.locate(x)
+    basis.move(0.01 * np.sin(np.pi * basis.nodes).prod(axis=1, keepdims=True) * [1.0, -0.5])
+    basis.locate(x)
+    sums = basis.handle.matrix(81) @ basis.nodes
+    assert np.abs(sums - x).max() < 1e-12
+
+
 @pytest.mark.parametrize("settings", [MaxEnt(d_max=3.0), LocalMaxEnt()])
 def test_moving_nodes(settings: MaxEnt | LocalMaxEnt) -> None:
     """After a move the basis is the one that would be built on the new nodes; wider stencils are made where needed."""

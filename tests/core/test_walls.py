@@ -12,6 +12,7 @@ from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Cloud
 from mpmbench.core.geometry.triangulate import ring_mesh, seed_triangles
 from mpmbench.core.loops.explicit import Explicit
+from mpmbench.core.matrix.mass import LumpedMass
 from mpmbench.core.particles import Particles
 from mpmbench.core.simulation import Body, build_state, simulate
 from mpmbench.core.state import Loads, State
@@ -21,6 +22,21 @@ from tests.core.support import compose, run
 LAW = registry.get("material", "neo_hookean")(
     young_modulus=1000.0, poisson_ratio=0.3, density=1000.0
 )
+
+
+def test_a_node_at_two_walls_answers_to_both() -> None:
+    """What is found at the contacts alone is the answer of all nodes there; held components have none."""
+    rng, fixed = np.random.default_rng(2), np.zeros((4, 2), dtype=bool)
+    fixed[3, 1] = True
+    nobody: Any = SimpleNamespace(gathered=lambda rhs, _: rhs, scatter=lambda _: None)
+    mass = LumpedMass(fixed, nobody)
+    mass.m_i = mass._system = rng.uniform(1.0, 2.0, 4)
+    s: Any = SimpleNamespace(mass=mass, nodes=SimpleNamespace(v=np.zeros((4, 2))))
+    node = np.array([1, 3, 1])
+    c = Contacts(node, np.ones((3, 2)), np.zeros(3), np.zeros(3), mass.m_i[node])
+    impulse = rng.standard_normal((3, 2))
+    assert np.allclose(c.answer_here(s, impulse), c.answer(s, impulse)[node])
+    assert np.allclose(c.answer(s, impulse)[1], (impulse[0] + impulse[2]) / mass.m_i[1])
 
 
 class Dense:

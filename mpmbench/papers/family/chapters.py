@@ -1,7 +1,5 @@
 """The field's own tests, one chapter each: tables of all methods, and figures where a curve says more."""
 
-from matplotlib.axes import Axes
-
 from mpmbench.papers.family.support import (
     CELLS,
     CROSSING,
@@ -13,19 +11,8 @@ from mpmbench.papers.family.support import (
     TRANSFERS,
 )
 from mpmbench.papers.kit import Campaigns, Chapter, cell
-from mpmbench.papers.parts import along, numbers, quantities
+from mpmbench.papers.parts import along, error_lines, quantities
 from mpmbench.report.figures import panels, single
-from mpmbench.report.tables import Cell
-
-
-def _lines(axes: Axes, cells: tuple[int, ...], rows: dict[str, list[Cell]], label: str) -> None:
-    """Errors over resolutions in double logarithmic axes, one line for each method."""
-    for number, (name, found) in enumerate(rows.items()):
-        line = ("-", "--", "-.", ":")[number % 4]
-        axes.loglog(cells, numbers(found), marker="o", ms=3, lw=1.1, ls=line, label=name)
-    axes.set_xticks(cells, [str(n) for n in cells])
-    axes.minorticks_off()
-    axes.set(xlabel="cells", ylabel=label)
 
 
 def vortex_chapter(campaigns: Campaigns) -> Chapter:
@@ -44,7 +31,7 @@ def vortex_chapter(campaigns: Campaigns) -> Chapter:
             )
             for name, match in METHODS.items()
         }
-        _lines(axis, CELLS, rows, "displacement error [m]")
+        error_lines(axis, CELLS, rows, "displacement error [m]")
         axis.set_title(f"{seeding} seeds")
         head = ["method", *(f"{n} cells" for n in CELLS)]
         title = f"Displacement error at t = T/2 [m], {seeding} seeds"
@@ -91,7 +78,7 @@ def crossing_chapter(campaigns: Campaigns) -> Chapter:
         for name, match in CROSSING.items()
     }
     figure, axes = single()
-    _lines(axes, CROSSING_CELLS, rows, "stress error [Pa]")
+    error_lines(axes, CROSSING_CELLS, rows, "stress error [Pa]")
     axes.legend(fontsize=7)
     page.draw("stress", "Stress error", "MPM with four functions, amplitude 0.5 m/s.", figure)
     head = ["functions", *(f"{n} cells" for n in CROSSING_CELLS), "crossings, 256 cells"]

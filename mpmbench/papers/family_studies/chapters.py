@@ -17,12 +17,11 @@ from mpmbench.papers.family_studies.support import (
     Match,
 )
 from mpmbench.papers.kit import Campaigns, Chapter, cell, variables
-from mpmbench.papers.parts import along, numbers, of_file, quantities, thinned
+from mpmbench.papers.parts import LINES, along, error_lines, numbers, of_file, quantities, thinned
 from mpmbench.report.evidence import MissingRuns, Runs
 from mpmbench.report.figures import panels, single
 from mpmbench.report.tables import Cell
 
-LINES = ("-", "--", "-.", ":")
 SHOWN = (  # of the cantilever; the others are in the table
     *("MPM, hats", "ULMPM, splines", "CPDI2", "TLMPM, hats (tlmpm)", "TLMPM, splines (tlmpm)"),
     *("moving mesh (moving_mesh_mpm)", "linear finite elements"),
@@ -194,11 +193,7 @@ def traction_chapter(campaigns: Campaigns) -> Chapter:
         for name, match in TRACTION.items()
     }
     figure, axes = single()
-    for rank, (name, found) in enumerate(rows.items()):
-        axes.loglog(CELLS, numbers(found), LINES[rank], marker="o", ms=3, lw=1.1, label=name)
-    axes.set_xticks(CELLS, [str(n) for n in CELLS])
-    axes.minorticks_off()
-    axes.set(xlabel="cells", ylabel="stress error [Pa]")
+    error_lines(axes, CELLS, rows, "stress error [Pa]")
     axes.legend(fontsize=7)
     caption = "MPM with four functions at 0.9 s; the quarter at the loaded end is left out."
     page.draw("stress", "Stress error behind the wave", caption, figure)

@@ -113,9 +113,10 @@ def test_a_surface_point_without_functions_goes_with_the_nearest_node() -> None:
         basis.locate(p.x)
 
 
-def test_nodes_too_light_for_the_step_follow_their_neighbours() -> None:
+@pytest.mark.parametrize("rule", ("penalty", "multi_field"))
+def test_nodes_too_light_for_the_step_follow_their_neighbours(rule: str) -> None:
     """Points on surfaces see them as well as heavy ones: a node of a body on a grid needs (c dt / 2 h)^2 particles."""
-    chosen = {"contact": "penalty", "resolution": 2, "time_step": 1e-3}
+    chosen = {"contact": rule, "resolution": 2, "time_step": 1e-3}
     s = case.build(case.read(compose("two_squares", "mpm", "linear", **chosen)))
     s.time_step = 1e-3
     s.contact.push(s)
