@@ -112,3 +112,13 @@ def test_threads_may_read_side_by_side(tmp_path):
     )
     outcome = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (outcome.returncode, outcome.stdout) == (0, "200\n"), outcome.stderr
+
+
+def test_fields_at_snapshots_name_the_instants(tmp_path):
+    """As the convention CF asks: the dimension is called otherwise than the variable with its values."""
+    times, fields = ("snapshot", [0.0, 1.0], {"units": "s"}), ("snapshot", [2.0, 3.0], {})
+    file = tmp_path / "run.nc"
+    netcdf.write({"snapshot_time": times, "density": fields}, {}, file)
+    with netCDF4.Dataset(file) as written:
+        assert written["density"].coordinates == "snapshot_time"
+        assert "coordinates" not in written["snapshot_time"].ncattrs()
