@@ -28,8 +28,8 @@ class Panel:
 def drawn_panels(study: Study, panels: list[Panel], xlabel: str, along_axis: bool) -> Figure | None:
     """Draw panels that share the axis below them; None without any.
 
-    With `along_axis` the values are those of the study's axis, marked; else instants, joined by lines
-    only.
+    With `along_axis` the values are those of the study's axis, all marked; else instants, of which a
+    few are, since marks tell bases apart.
     """
     if not panels:
         return None
@@ -41,7 +41,7 @@ def drawn_panels(study: Study, panels: list[Panel], xlabel: str, along_axis: boo
     for k, (panel, axes) in enumerate(zip(panels, places, strict=True)):
         for number, (x, y) in panel.curves.items():
             look = style.line(*_look_of(study.series[number]))
-            look |= {} if along_axis else {"marker": "none"}
+            look |= {} if along_axis else {"markevery": (0.04 * number % 0.2, 0.2)}
             (line,) = axes.plot(x, y, label=study.series[number].name, **look)
             named(line, number, k)
         if along_axis and study.axis.power is not None:
@@ -53,7 +53,7 @@ def drawn_panels(study: Study, panels: list[Panel], xlabel: str, along_axis: boo
         if k + columns >= len(panels):  # nothing below it
             axes.set_xlabel(drawn(xlabel))
             axes.xaxis.set_tick_params(labelbottom=True)
-    handles = [_handle(study.series[number], along_axis) for number in shown]
+    handles = [_handle(study.series[number]) for number in shown]
     lines = sum(str(one.get_label()).count("\n") + 1 for one in handles)
     figure.set_figheight(0.45 + PANEL * rows + LEGEND + LEGEND_LINE * lines)
     figure.legend(handles=handles, loc="outside lower left", ncols=1, labelspacing=0.25)
@@ -64,6 +64,5 @@ def _look_of(one: Series) -> tuple[str, str, int]:
     return one.method, one.basis, one.rank
 
 
-def _handle(one: Series, marked: bool) -> Line2D:
-    look = style.line(*_look_of(one)) | ({} if marked else {"marker": "none"})
-    return Line2D([], [], label=wrapped(one.name, CHARACTERS), **look)
+def _handle(one: Series) -> Line2D:
+    return Line2D([], [], label=wrapped(one.name, CHARACTERS), **style.line(*_look_of(one)))

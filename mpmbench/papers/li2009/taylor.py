@@ -260,7 +260,7 @@ def _per_step(effort: list[Cell]) -> Cell:
 
 def _curves(page: Chapter, campaigns: Campaigns) -> None:
     """Length and radius over the number of cells."""
-    figure, axes = panels(1, 2, 2.6)
+    figure, axes = panels(1, 2, 3.1)
     drawn = False
     for axis, column in zip(axes[0], (0, 1), strict=True):
         for rank, (name, match) in enumerate(RODS.items()):
@@ -275,14 +275,15 @@ def _curves(page: Chapter, campaigns: Campaigns) -> None:
                 look = style.line(match["method"], match.get("basis", "linear"), rank)
                 axis.plot(*zip(*known, strict=True), label=name, **look)
         axis.set_xticks(CELLS)
+        axis.set_xlabel("cells along the radius")
     if not drawn:
         raise MissingRuns("taylor: no run has finished")
     axes[0, 0].axhspan(21.26, 21.66, color="#dddddd", zorder=0)
     axes[0, 1].axhspan(6.89, 7.24, color="#dddddd", zorder=0)
     axes[0, 0].set_ylabel("length [mm]")
     axes[0, 1].set_ylabel("radius at nodes [mm]")
-    axes[0, 0].legend(fontsize=5)
-    name_axes(figure, "cells along the radius")
+    handles = axes[0, 0].get_legend_handles_labels()
+    figure.legend(*handles, fontsize=6, loc="outside lower center", ncols=3)
     page.draw(
         "levels",
         "Length and radius by number of cells",
