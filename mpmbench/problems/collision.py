@@ -8,7 +8,7 @@ from mpmbench.core.bodies import Part, boxes_meet, union
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Box, Cloud, Geometry, search_tree
-from mpmbench.core.geometry.surface import inside_polygons
+from mpmbench.core.geometry.inside import inside_surface
 from mpmbench.core.geometry.triangulate import check_points, seed_triangles
 from mpmbench.core.materials import Material
 from mpmbench.core.simulation import Solution
@@ -63,22 +63,7 @@ class Collision(Problem):
 
     def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, ...]]:
         series = {name: np.array(values) for name, values in solution.history.items()}
-        out: dict[str, tuple[Any, ...]] = {
-            "captured_now": (
-                series["captured_now"],
-                "1",
-                "particles and moving nodes inside another body",
-            ),
-            "captured": (
-                int(series["captured_now"][-1]),
-                "1",
-                "particles and moving nodes inside another body at the end",
-            ),
-            "captured_most": (
-                int(series["captured_now"].max()),
-                "1",
-                "most particles and moving nodes inside another body at any time",
-            ),
+        out = inside_others(series["captured_now"]) | {
             "locked_energy_fraction": (
                 locked_energy(series) / float(series["kinetic_energy"][0]),
                 "1",
@@ -141,9 +126,19 @@ def captured(s: State) -> int:
             points = p.x[bodies.particles(other)]
             if on_nodes:
                 points = np.vstack([points, s.basis.nodes[bodies.node == other]])
-            if boxes_meet(points, corners.reshape(-1, 2)):
-                found += int(np.count_nonzero(inside_polygons(points, corners)))
+            if boxes_meet(points, corners.reshape(-1, points.shape[1])):
+                found += int(np.count_nonzero(inside_surface(points, corners)))
     return found
+
+
+def inside_others(series: np.ndarray) -> dict[str, tuple[Any, ...]]:
+    """What a problem tells of the numbers that `captured` found, shape (T,)."""
+    text = "particles and moving nodes inside another body"
+    return {
+        "captured_now": (series, "1", text),
+        "captured": (int(series[-1]), "1", f"{text} at the end"),
+        "captured_most": (int(series.max()), "1", f"most {text} at any time"),
+    }
 
 
 def pulled_back(velocity: np.ndarray) -> float:

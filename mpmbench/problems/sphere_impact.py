@@ -40,7 +40,7 @@ from mpmbench.core.setting import setting
 from mpmbench.core.simulation import Solution
 from mpmbench.core.stability import step_of_impact
 from mpmbench.core.state import State
-from mpmbench.problems.collision import Collision
+from mpmbench.problems.collision import Collision, captured, inside_others
 
 # Tables 5.2 and 5.3, and Mie and Grueneisen's numbers of steel, which the thesis does not give.
 STEEL = {
@@ -174,13 +174,13 @@ class SphereImpact(Collision):
     # quantities of interest
 
     def observe(self, state: State) -> dict[str, Any]:
-        """Depth of the plate's point under the sphere [m]."""
+        """Depth of the plate's point under the sphere [m], and what lies inside the other body."""
         surface, p = state.bodies.surface, state.particles
         places = state.basis.nodes if surface.on_nodes else p.x
         starts = state.initial_nodes if surface.on_nodes else p.X
         own = surface.row[surface.body == PLATE]
         middle = own[np.argmin(np.sum(starts[own] ** 2, axis=1))]
-        return {"depth": -float(places[middle, 0])}
+        return {"depth": -float(places[middle, 0]), "captured_now": captured(state)}
 
     def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, ...]]:
         series = {name: np.array(values) for name, values in solution.history.items()}
@@ -200,6 +200,7 @@ class SphereImpact(Collision):
             )
             found[f"depth_over_diameter{suffix}"] = (depth / (2.0 * self.radius), "1", text)
         return found | {
+            **inside_others(series["captured_now"]),
             "depth": (series["depth"], "m", "depth of the plate's point under the sphere"),
             "sphere_velocity": (momentum / mass, "m/s", "mean velocity of the sphere along x_1"),
             "sphere_energy_left": (

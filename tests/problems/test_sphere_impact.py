@@ -1,5 +1,7 @@
 """The sphere and its plate: their meshes, numbers and supports, and what a coarse impact gives."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -10,9 +12,10 @@ from mpmbench.core.bodies import Part
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import simplex_volumes
-from mpmbench.core.geometry.surface import facet_normals
+from mpmbench.core.geometry.surface import facet_normals, inside_mesh
 from mpmbench.core.geometry.triangulate import graded_levels
-from mpmbench.problems.sphere_impact import NEAR, instant
+from mpmbench.problems.collision import captured
+from mpmbench.problems.sphere_impact import NEAR, SPHERE, instant
 from tests.core.support import compose, run
 
 PROBLEM = registry.get("problem", "sphere_impact")
@@ -45,6 +48,27 @@ def test_meshes_fill_both_bodies(spread: str, model: str) -> None:
         assert size.min() > 0.1 * np.median(size)
         if model == "quarter":
             assert part.mesh.nodes[:, 1:].min() == 0.0 and part.X[:, 1:].min() > 0.0
+
+
+@pytest.mark.parametrize(("method", "basis"), (("otm", "lme"), ("mpm", "linear")))
+def test_what_is_inside_the_plate_is_counted(method: str, basis: str) -> None:
+    """The particles of a sphere that is moved into it, and its nodes where they move."""
+    made = case.read(compose("sphere_impact", method, basis, **COARSE))
+    s, (plate, sphere) = case.build(made), made.problem.bodies(2, 3)
+    own = s.bodies.particle == SPHERE
+    assert captured(s) == 0
+    sunk = replace(sphere.mesh, nodes=sphere.mesh.nodes - [4e-3, 0.0, 0.0])
+    s.particles.x[own, 0] -= 4e-3
+    expected = len(sphere.X) + inside_mesh(plate.X, sunk).sum()
+    if method == "otm":
+        nodes = s.bodies.node == SPHERE
+        s.basis.nodes[nodes, 0] -= 4e-3
+        expected += int(nodes.sum()) + inside_mesh(plate.mesh.nodes, sunk).sum()
+    assert captured(s) == expected > len(sphere.X)
+    s.particles.x[own, 0] -= 9e-3  # through it
+    if method == "otm":
+        s.basis.nodes[nodes, 0] -= 9e-3
+    assert captured(s) == 0
 
 
 def test_nodes_near_the_impact_are_as_close_as_asked() -> None:

@@ -123,18 +123,3 @@ def inside_mesh(points: np.ndarray, mesh: Cloud) -> np.ndarray:
         local = np.einsum("sab,sb->sa", inverse, points[n] - corners[:, 0])
         found[n] = ((local >= 0.0).all(axis=1) & (local.sum(axis=1) <= 1.0)).any()
     return found
-
-
-def inside_polygons(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Whether points, shape (n, 2), lie within closed polygons of segments, shape (T, 2, 2): by parity, shape (n,)."""
-    lower, upper = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-    near = np.flatnonzero(((points >= lower) & (points <= upper)).all(axis=1))
-    found = np.zeros(len(points), dtype=bool)
-    a, b = corners[:, 0], corners[:, 1]
-    rise = b[:, 1] - a[:, 1]
-    slope = np.divide(b[:, 0] - a[:, 0], rise, out=np.zeros_like(rise), where=rise != 0.0)
-    for n in near:
-        x, y = points[n]
-        crosses = (a[:, 1] > y) != (b[:, 1] > y)
-        found[n] = np.count_nonzero(crosses & (x < a[:, 0] + slope * (y - a[:, 1]))) % 2 == 1
-    return found

@@ -173,12 +173,6 @@ def cubes_chapter(campaigns: Campaigns) -> Chapter:
     _momenta(page, campaigns, CUBES[drawn[0]], drawn[0])
     for name in drawn:
         _motion(page, campaigns, CUBES[name], name)
-    page.notes.append(
-        "A moving picture of each impact: `python -m mpmbench problem=six_cubes method=otm basis=lme "
-        "contact=penalty snapshots=40 campaign=film`, the same with `problem=two_squares "
-        "problem.offset=0.4` and `problem=sphere_impact`, and then `python -m mpmbench animate "
-        "results/film von_mises`."
-    )
     rows = [
         [name, *quantities(campaigns, "six_cubes", SIX, **match)] for name, match in CUBES.items()
     ]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mpmbench.papers import read_campaigns
-from mpmbench.papers.li2009 import collisions, impact
+from mpmbench.papers.li2009 import collisions, films, impact
 from mpmbench.papers.li2009.collisions import CHECKS, RULES, SIX
 from mpmbench.report.evidence import MissingRuns
 
@@ -58,11 +58,44 @@ def test_six_cubes_are_drawn(campaigns: Any, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(collisions, "variables", told)
     page = collisions.cubes_chapter(campaigns)
     energy, momenta, motion = page.drawings
-    assert len(motion.content.axes) == 2 and "snapshots=40" in page.notes[0]
+    assert len(motion.content.axes) == 2
     assert len(energy.content.axes[0].lines) == 4 and len(momenta.content.axes[1].lines) == 7
     total = energy.content.axes[0].lines[3].get_ydata()
     assert total[-1] == pytest.approx(3e-3)
     assert [cell.value for cell in page.tables[0].rows[0][1:]] == [0.25] * len(SIX)
+
+
+def test_each_impact_has_a_film(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the particles that start near the origin; what was not run is named."""
+    times = np.linspace(0.0, 1e-3, 3)
+    shown: list[Any] = []
+
+    def told(campaigns: Any, campaign: str, *wanted: str, **match: Any) -> tuple[str, Any]:
+        if match["problem"] == "six_cubes":
+            raise MissingRuns(campaign)
+        dim = 3 if match["problem"] in ("sphere_impact", "taylor_anvil") else 2
+        x = np.zeros((3, 5, dim))
+        x[:, :, 0] = np.arange(5) * 2e-3 + times[:, None]
+        fields = {"snapshot_time": times, "position": x, "volume": np.full((3, 5), 1e-9)}
+        fields |= {name: np.tile(np.arange(5.0), (3, 1)) for name in films.LABELS}
+        return "told", {name: fields[name] for name in wanted}
+
+    def noted(dataset: Any, name: str, view: Any) -> Any:
+        shown.append(dataset)
+        return film(dataset, name, view)
+
+    film = films.film
+    monkeypatch.setattr(films, "variables", told)
+    monkeypatch.setattr(films, "film", noted)
+    page = films.films_chapter({})  # type: ignore[arg-type]
+    assert {one.name for one in page.animations} == {
+        f"films-{name}" for name in films.FILMS if "cubes" not in name
+    }
+    for one in page.animations:
+        assert one.content.startswith(b"GIF89a") and one.content.count(b"\x21\xf9\x04") == 3
+    counts = {str(one.attrs["problem"]): one.sizes["particle"] for one in shown}
+    assert counts == {"two_squares": 5, "sphere_impact": 3, "taylor_anvil": 5}
+    assert page.notes == ["No run to show of: Six cubes, shared nodes, Six cubes, penalty."]
 
 
 def test_depths_by_velocity_are_drawn_and_tabulated(
