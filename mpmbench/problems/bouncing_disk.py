@@ -44,10 +44,14 @@ class BouncingDisk(Problem):
         options=("triangles", "nodes"),
     )
     dimension: ClassVar[int] = 2
-    reference_length: ClassVar[float] = 0.4
     bends: ClassVar[bool] = True
     touches_fixed_nodes: ClassVar[bool] = True
     samples: ClassVar[int] = 1000
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        """Cells are counted along the diameter."""
+        return 2.0 * self.radius
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         require(

@@ -54,9 +54,13 @@ class PatchTest(Problem):
         "points of the triangles between nodes, or the nodes with the volumes of their Voronoi cells",
         options=("triangles", "nodes"),
     )
+    side: float = setting(1.0, "of the square", unit="m", above=0.0)
     random_seed: int = 0
     dimension: ClassVar[int] = 2
-    reference_length: ClassVar[float] = 1.0
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        return self.side
 
     def check_together(self) -> None:
         require(self.strain != 0.0, "strain", self.strain, "a number other than 0")
@@ -74,11 +78,11 @@ class PatchTest(Problem):
     # geometry
 
     def _cloud(self, resolution: int) -> Cloud:
-        line = np.linspace(0.0, 1.0, resolution + 1)
+        line, h = np.linspace(0.0, self.side, resolution + 1), self.side / resolution
         x, y = (part.ravel() for part in np.meshgrid(line, line, indexing="ij"))
         nodes = np.stack([x, y], axis=1)
-        nodes = jittered(nodes, 1.0 / resolution, self.jitter, self.fixed(nodes), self.random_seed)
-        return Cloud(nodes, triangulation(nodes, 1.0), spacing=1.0 / resolution)
+        nodes = jittered(nodes, h, self.jitter, self.fixed(nodes), self.random_seed)
+        return Cloud(nodes, triangulation(nodes, self.side**2), spacing=h)
 
     def nodes(self, resolution: int, choices: Choices) -> Cloud:
         return self._cloud(resolution)
@@ -93,7 +97,8 @@ class PatchTest(Problem):
     # boundary conditions
 
     def fixed(self, x: np.ndarray) -> np.ndarray:
-        boundary = np.any((x < 1e-9) | (x > 1.0 - 1e-9), axis=1)
+        slack = 1e-9 * self.side
+        boundary = np.any((x < slack) | (x > self.side - slack), axis=1)
         return np.repeat(boundary[:, None], 2, axis=1)
 
     def loads(self, material: Material) -> Loads:

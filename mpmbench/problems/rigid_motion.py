@@ -28,7 +28,7 @@ DIRECTION = np.array([1.0, 0.5, 0.25])  # of velocity and gravity along the axes
 @register("problem", "rigid_motion")
 @dataclass(frozen=True)
 class RigidMotion(Problem):
-    """Rigid motion of a free block of 1 m: translation, free fall and rotation are known exactly."""
+    """Rigid motion of a free block: translation, free fall and rotation are known exactly."""
 
     motion: str = setting(
         "translation",
@@ -55,7 +55,7 @@ class RigidMotion(Problem):
     dimension: int = setting(  # type: ignore[misc]
         2, "of the block", unit="-", least=1, most=3
     )
-    reference_length: ClassVar[float] = 1.0
+    side: float = setting(1.0, "of the block", unit="m", above=0.0)
     initial_acceleration: ClassVar[str] = "balance"
 
     def check_together(self) -> None:
@@ -73,6 +73,10 @@ class RigidMotion(Problem):
             )
 
     @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        return self.side
+
+    @property
     def bends(self) -> bool:  # type: ignore[override]
         """A rotation turns lines away from the axes."""
         return self.motion == "rotation"
@@ -84,27 +88,29 @@ class RigidMotion(Problem):
         return DIRECTION[: self.dimension]
 
     def _block(self, resolution: int) -> Box:
-        return Box((0.0,) * self.dimension, (1.0,) * self.dimension, (resolution,) * self.dimension)
+        upper, cells = (self.side,) * self.dimension, (resolution,) * self.dimension
+        return Box((0.0,) * self.dimension, upper, cells)
 
     def nodes(self, resolution: int, choices: Choices) -> Box:
         if choices.on_body:
             return self._block(resolution)
         cells = (3 * resolution,) * self.dimension  # room to move for one length of the block
-        return Box((-1.0,) * self.dimension, (2.0,) * self.dimension, cells)
+        lower, upper = ((end * self.side,) * self.dimension for end in (-1.0, 2.0))
+        return Box(lower, upper, cells)
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
         if self.particle_layout != "nodes":
             return seed_cells(self._block(resolution), particles_per_cell, self.particle_layout)
         cells = resolution * per_axis(particles_per_cell, self.dimension)
-        share = np.full(cells + 1, 1.0 / cells)  # those on the surface have half a cell
+        share = np.full(cells + 1, self.side / cells)  # those on the surface have half a cell
         share[[0, -1]] *= 0.5
-        X = tensor_points([np.linspace(0.0, 1.0, cells + 1)] * self.dimension)
+        X = tensor_points([np.linspace(0.0, self.side, cells + 1)] * self.dimension)
         return X, np.prod(tensor_points([share] * self.dimension), axis=1)
 
     # initial condition and loads
 
     def velocity(self, X: np.ndarray, material: Material) -> np.ndarray:
-        return self._rigid(X, 0.0)["velocity"] + self.stretch * (X - 0.5)
+        return self._rigid(X, 0.0)["velocity"] + self.stretch * (X - 0.5 * self.side)
 
     def loads(self, material: Material) -> Loads:
         if self.motion == "translation":
@@ -128,7 +134,7 @@ class RigidMotion(Problem):
         u, v = np.zeros_like(X), np.zeros_like(X)
         if self.motion == "rotation":
             arm = self._turned(X, t)
-            u[:, :2] = arm - (X[:, :2] - 0.5)
+            u[:, :2] = arm - (X[:, :2] - 0.5 * self.side)
             v[:, :2] = self.angular_velocity * np.stack([-arm[:, 1], arm[:, 0]], axis=1)
         else:
             v0, g = self.velocity_amplitude, self.gravity if self.motion == "fall" else 0.0
@@ -140,4 +146,4 @@ class RigidMotion(Problem):
         """Arms from the middle in the plane of the rotation [m], shape (n, 2)."""
         angle = self.angular_velocity * t
         c, s = np.cos(angle), np.sin(angle)
-        return np.asarray((X[:, :2] - 0.5) @ np.array([[c, s], [-s, c]]))
+        return np.asarray((X[:, :2] - 0.5 * self.side) @ np.array([[c, s], [-s, c]]))

@@ -75,11 +75,15 @@ class RollingDisk(Problem):
         options=("falling", "rising", "alternating"),
     )
     dimension: ClassVar[int] = 2
-    reference_length: ClassVar[float] = 1.0
     bends: ClassVar[bool] = True
     initial_acceleration: ClassVar[str] = "zero"
     samples: ClassVar[int] = 1000
     touches_fixed_nodes: ClassVar[bool] = True
+
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        """Cells are counted along the diameter."""
+        return 2.0 * self.radius
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         require(

@@ -6,7 +6,7 @@ of a third of the radius: the body turns more slowly than a rigid one, by 0.15 r
 finite elements, and keeps a `shape_residual` of 3 mm. With ``centripetal_force`` each point is held
 on its circle by b = -omega^2 Q X, nothing has to strain, and the error is that of the method alone.
 
-``motion=advection``: all nodal velocities are prescribed, v_i = omega k x x_i, with the disk 0.25 m
+``motion=advection``: all nodal velocities are prescribed, v_i = omega k x x_i, with the disk `offset`
 away from the axis. Transfers do not matter, only the update of positions and of F does: a forward
 step of size dt leads outwards by the factor sqrt(1 + (omega dt)^2).
 
@@ -32,9 +32,7 @@ from mpmbench.core.stability import wave_speed
 from mpmbench.core.state import Loads, State
 from mpmbench.problems import Fields, Problem
 
-RADIUS, SLOT, DEPTH = 0.15, 0.05, 0.25  # [m] of the disk; width and depth of the slot, from below
-OFFSET = 0.25  # [m] of the disk from the axis of the prescribed motion
-HALF = {"spin": 1.5 * RADIUS, "advection": 0.5}  # [m] of the square grid, whole cells
+ROOM = {"spin": 0.5, "advection": 2.0 / 3.0}  # of the square grid beside the disk, in radii
 COURANT, IMPLICIT = 0.4, 4.0
 
 
@@ -54,12 +52,30 @@ class ZalesakRotation(Problem):
     centripetal_force: bool = setting(
         False, "points of the spinning disk are held on their circles: rigid rotation is exact"
     )
+    radius: float = setting(0.15, "of the disk", unit="m", above=0.0)
+    slot_width: float = setting(0.05, "of the slot, which is cut from below", unit="m", above=0.0)
+    slot_depth: float = setting(
+        0.25, "of the slot, from the lowest point of the disk", unit="m", above=0.0
+    )
+    offset: float = setting(
+        0.25, "of the disk from the axis of prescribed velocities", unit="m", least=0.0
+    )
     dimension: ClassVar[int] = 2
-    reference_length: ClassVar[float] = RADIUS
     bends: ClassVar[bool] = True
 
+    @property
+    def reference_length(self) -> float:  # type: ignore[override]
+        return self.radius
+
+    def check_together(self) -> None:
+        for name in ("slot_width", "slot_depth"):
+            size, most = getattr(self, name), 2.0 * self.radius
+            require(size < most, name, size, f"less than {most:g} (the diameter)")
+
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
-        require(resolution >= 6, "resolution", resolution, "at least 6 (two cells across the slot)")
+        least = math.ceil(2.0 * self.radius / self.slot_width - 1e-9)
+        allowed = f"at least {least} (two cells across the slot)"
+        require(resolution >= least, "resolution", resolution, allowed)
         if not choices.dynamic:
             raise NotApplicable(
                 "zalesak_rotation is a dynamic problem: it needs method.time=explicit or newmark"
@@ -78,12 +94,12 @@ class ZalesakRotation(Problem):
 
     def _seeds(self, resolution: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Particles of cells of R/resolution with their volumes, and where the disk's own centre is."""
-        square = Box((-RADIUS, -RADIUS), (RADIUS, RADIUS), (2 * resolution, 2 * resolution))
-        X, V0 = seed_cells(square, 4)
-        slot = (np.abs(X[:, 0]) < 0.5 * SLOT) & (X[:, 1] < DEPTH - RADIUS)
-        inside = (np.hypot(*X.T) < RADIUS) & ~slot
+        R = self.radius
+        X, V0 = seed_cells(Box((-R, -R), (R, R), (2 * resolution, 2 * resolution)), 4)
+        slot = (np.abs(X[:, 0]) < 0.5 * self.slot_width) & (X[:, 1] < self.slot_depth - R)
+        inside = (np.hypot(*X.T) < R) & ~slot
         X, V0 = X[inside], V0[inside]
-        centre = -X.mean(axis=0) if self.motion == "spin" else np.array([0.0, OFFSET])
+        centre = -X.mean(axis=0) if self.motion == "spin" else np.array([0.0, self.offset])
         return X, V0, centre
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
@@ -91,12 +107,13 @@ class ZalesakRotation(Problem):
         return X + centre, V0
 
     def nodes(self, resolution: int, choices: Choices) -> Geometry:
-        h = RADIUS / resolution
+        h = self.radius / resolution
         if choices.moving:
             X, _, centre = self._seeds(resolution)
-            corners, triangles = split_cells(X + RADIUS, h)
-            return Cloud(corners - RADIUS + centre, triangles, h)
-        along = math.ceil(HALF[self.motion] / h - 1e-9)
+            corners, triangles = split_cells(X + self.radius, h)
+            return Cloud(corners - self.radius + centre, triangles, h)
+        away = self.offset if self.motion == "advection" else 0.0
+        along = math.ceil((away + (1.0 + ROOM[self.motion]) * self.radius) / h - 1e-9)
         return Box((-along * h,) * 2, (along * h,) * 2, (2 * along,) * 2)
 
     # initial condition and prescribed motion

@@ -30,15 +30,24 @@ LATER: dict[tuple[str, str], dict[str, Any]] = {
     ("problem", "elastic_bar_tension"): {"length": 0.1333},
     ("problem", "elastic_rings"): {"radius": 4.0},
     ("problem", "friction_slope"): {"length": 0.1, "height": 0.05},
-    ("problem", "patch_test"): {"particle_layout": "triangles"},
+    ("problem", "generalized_vortex"): {"radius": 1.0},
+    ("problem", "patch_test"): {"particle_layout": "triangles", "side": 1.0},
     ("problem", "plate_axis_aligned"): {"length": 1.0},
     ("problem", "plate_with_hole"): {"radius": 1.0},
     ("problem", "prestretched_bar"): {"length": 40.0},
+    ("problem", "radial_ring"): {"inner_radius": 0.4, "outer_radius": 0.6},
+    ("problem", "rigid_motion"): {"side": 1.0},
     ("problem", "rolling_disk"): {"plane": "nodes", "friction": None},
     ("problem", "six_cubes"): {"side": 1.0},
     ("problem", "soil_column"): {"width": 4.0, "height": 2.0},
     ("problem", "two_squares"): {"side": 1.0, "slip": 0.0},
     ("problem", "vertical_bar"): {"length": 1.0},
+    ("problem", "zalesak_rotation"): {
+        "radius": 0.15,
+        "slot_width": 0.05,
+        "slot_depth": 0.25,
+        "offset": 0.25,
+    },
 }
 # The same for keys of all methods whose time loop is the explicit or the implicit one or derives
 # from it, which those have that have the first key.

@@ -74,17 +74,50 @@ TWICE = {
         1.0,
     ),
     "plate_with_hole": ("fem", {"problem__radius": 2.0}, 1.0),
+    "radial_ring": (
+        "mpm",
+        {
+            "problem__inner_radius": 0.8,
+            "problem__outer_radius": 1.2,
+            "problem__displacement_amplitude": 0.2,
+        },
+        2.0,
+    ),
+    "generalized_vortex": ("mpm", {"problem__radius": 2.0, "problem__period": 2.0}, 2.0),
+    "zalesak_rotation": (
+        "linear_fem",
+        {
+            "problem__radius": 0.3,
+            "problem__slot_width": 0.1,
+            "problem__slot_depth": 0.5,
+            "problem__offset": 0.5,
+            "problem__angular_velocity": np.pi,
+        },
+        2.0,
+    ),
+    "prestretched_bar": ("mpm", {"problem__length": 80.0}, 2.0),
+    "patch_test": ("fem", {"problem__side": 2.0}, 1.0),
+    "rigid_motion": ("mpm", {"problem__side": 2.0}, 2.0),
+    "bouncing_disk": (
+        "mpm",
+        {"problem__radius": 0.4, "problem__distance": 0.448528137423857},
+        2.0,
+    ),
 }
+
+
+OF_TRIANGLES = (
+    "bouncing_disk", "elastic_rings", "patch_test", "plate_with_hole", "six_cubes", "two_squares",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("name", TWICE)
 def test_twice_the_size_is_the_same_problem(name: str) -> None:
     """Numbers of two powers apart have the same digits: places agree to rounding."""
     method, larger, slower = TWICE[name]
-    triangles = name in ("elastic_rings", "six_cubes", "two_squares", "plate_with_hole")
     usual = {
-        "resolution": 8 if name == "compaction_column" else 4,
-        "particles_per_cell": 1 if triangles else 4,
+        "resolution": {"compaction_column": 8, "zalesak_rotation": 6}.get(name, 4),
+        "particles_per_cell": 1 if name in OF_TRIANGLES else 4,
     }
     changes = usual | larger
     if slower == 2.0:
@@ -102,3 +135,27 @@ def test_twice_the_size_is_the_same_problem(name: str) -> None:
         if error in one:
             factor = 2.0 if error == "error_displacement_rms" else 1.0
             assert float(two[error]) == pytest.approx(factor * float(one[error]), rel=1e-6)
+
+
+def test_a_disk_twice_as_large_is_carried_about_an_axis_twice_as_far_away() -> None:
+    sizes = {"radius": 0.15, "slot_width": 0.05, "slot_depth": 0.25, "offset": 0.25}
+    disk = registry.get("problem", "zalesak_rotation")
+    one = disk(motion="advection")
+    two = disk(motion="advection", **{name: 2.0 * size for name, size in sizes.items()})
+    assert two.seed(6, 4)[0] == pytest.approx(2.0 * one.seed(6, 4)[0], rel=1e-12)
+    for where in ("fixed", "moving"):
+        grids = [one.nodes(6, Choices(nodes=where)) for one in (one, two)]
+        assert grids[1].points == pytest.approx(2.0 * grids[0].points, rel=1e-12)
+        assert grids[1].nodal_spacing == pytest.approx(2.0 * grids[0].nodal_spacing)
+
+
+def test_sizes_that_make_no_body_are_refused() -> None:
+    for name, sizes, sentence in (
+        ("radial_ring", {"inner_radius": 0.7}, "a number between 0.7 and 2.1"),
+        ("radial_ring", {"outer_radius": 1.3}, "a number between 0.4 and 1.2"),
+        ("radial_ring", {"displacement_amplitude": 0.39}, "a number below 0.3857"),
+        ("zalesak_rotation", {"slot_width": 0.3}, r"less than 0.3 \(the diameter\)"),
+        ("zalesak_rotation", {"slot_depth": 0.4}, r"less than 0.3 \(the diameter\)"),
+    ):
+        with pytest.raises(BadSetting, match=sentence):
+            registry.get("problem", name)(**sizes)
