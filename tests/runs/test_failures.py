@@ -369,14 +369,29 @@ def test_a_server_that_is_killed_between_two_runs_costs_nothing(command, plugins
     assert command("problem=failing_bar").code == 0
 
 
-def test_a_launcher_that_does_not_work_is_one_sentence(command, folder):
+SBATCH = """#!/bin/sh
+echo 'sbatch: error: Unknown host' >&2
+echo 'sbatch: fatal: Could not establish a configuration source' >&2
+exit 1
+"""
+
+
+@pytest.mark.parametrize("installed", (False, True))
+def test_a_launcher_that_does_not_work_is_one_sentence(
+    command, folder, tmp_path, monkeypatch, installed
+):
+    """Without SLURM, and with its programs where no cluster is."""
     pytest.importorskip("submitit")
+    programs = tmp_path / "programs"
+    programs.mkdir()
+    for name in ("srun", "sbatch") if installed else ():
+        (programs / name).write_text(SBATCH)
+        (programs / name).chmod(0o755)
+    monkeypatch.setenv("PATH", f"{programs}")
     outcome = command("-m", "resolution=4,5", "hydra/launcher=submitit_slurm")
-    assert outcome.code == 1
-    assert (
-        outcome.err.startswith("mpmbench: hydra/launcher=submitit_slurm failed: ")
-        and outcome.err.count("\n") == 1
-    )
+    assert outcome.code == 1 and outcome.err.count("\n") == 1
+    assert outcome.err.startswith("mpmbench: hydra/launcher=submitit_slurm failed: ")
+    assert ("Could not establish a configuration source" in outcome.err) == installed
     assert not list(folder.rglob("*.nc"))
 
 

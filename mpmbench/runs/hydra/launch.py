@@ -1,6 +1,7 @@
 """Jobs under one of Hydra's launchers: joblib on one machine, submitit on a cluster."""
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -77,18 +78,20 @@ def launch(
             task_function=partial(call, function, queue, folder),
             config=config,
         )
-    on_slurm = config.hydra.runtime.choices["hydra/launcher"] == "submitit_slurm"
-    if on_slurm:
-        from mpmbench.runs.hydra import slurm
-
-        slurm.watch_without_accounts()
     try:
-        for job in launcher.launch([[f"hydra.job.name={name}"] for name in jobs], 0):
-            _ = job.return_value  # raises what the job has raised
+        with _cluster_of(config):
+            for job in launcher.launch([[f"hydra.job.name={name}"] for name in jobs], 0):
+                _ = job.return_value  # raises what the job has raised
     except Exception as error:
         if comes_of_interruption(error):
             raise KeyboardInterrupt from None
         raise
-    finally:
-        if on_slurm:
-            slurm.cancel_jobs()
+
+
+def _cluster_of(config: Any) -> AbstractContextManager[None]:
+    """What has to be done around jobs of SLURM, and around others nothing."""
+    if config.hydra.runtime.choices["hydra/launcher"] != "submitit_slurm":
+        return nullcontext()
+    from mpmbench.runs.hydra import slurm
+
+    return slurm.jobs()

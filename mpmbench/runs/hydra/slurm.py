@@ -1,9 +1,12 @@
 """Jobs of SLURM: how they are watched where it keeps no accounts, and cancelled when the command ends."""
 
+import io
 import subprocess
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stderr, suppress
+from typing import Any
 
-from submitit.slurm.slurm import SlurmInfoWatcher, SlurmJob
+from submitit.slurm.slurm import SlurmExecutor, SlurmInfoWatcher, SlurmJob
 
 # What `sacct` would print. The queue shows a job for some minutes after its end.
 QUEUE = (
@@ -32,6 +35,27 @@ def watch_without_accounts() -> None:
         return
     if asked.returncode:
         SlurmJob.watcher = QueueWatcher(delay_s=LOOK_AT_LEAST_EVERY)
+
+
+@contextmanager
+def jobs() -> Iterator[None]:
+    """Around jobs: they are watched, cancelled when the command ends, and SLURM says things once.
+
+    What `sbatch` complains of stands in the error that submitit raises, and is not printed besides.
+    """
+    submit = SlurmExecutor._submit_command
+
+    def silently(executor: SlurmExecutor, command: str) -> Any:
+        with redirect_stderr(io.StringIO()):
+            return submit(executor, command)
+
+    watch_without_accounts()
+    SlurmExecutor._submit_command = silently  # type: ignore
+    try:
+        yield
+    finally:
+        SlurmExecutor._submit_command = submit  # type: ignore
+        cancel_jobs()
 
 
 def cancel_jobs() -> None:
