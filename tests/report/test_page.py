@@ -4,13 +4,17 @@ import base64
 import csv
 import hashlib
 import re
+from functools import partial
 from pathlib import Path
 
 import pytest
+from markupsafe import Markup
 
 from mpmbench.report import build
+from mpmbench.report.sections import Section, fitted
 from mpmbench.report.series import studies
 from mpmbench.report.tables import Cell, errors
+from mpmbench.report.writer import Picture
 from mpmbench.results.records import read_campaign
 
 NAN = float("nan")
@@ -230,3 +234,39 @@ def test_tables_show_significant_zeros(tmp_path, write_run):
         1e9: "1e+09",
     }
     assert {value: Cell(value).text for value in shown} == shown
+
+
+def test_a_page_without_room_drops_what_tells_least_and_of_that_the_largest():
+    stems = {"histories": 20, "map_pressure": 10, "convergence_stress": 90, "map_von_mises": 40}
+    stems |= {"atlas": 30, "map_pressure-more": 15}
+
+    def kept(most: int) -> set[str]:
+        pictures = [
+            Picture(f"bar-{stem}", stem, "", Markup("s" * size)) for stem, size in stems.items()
+        ]
+        one = Section("first", None, None, pictures=pictures[:3])
+        two = Section("second", None, None, pictures=pictures[3:])
+        found = [picture for section in fitted([one, two], most) for picture in section.pictures]
+        assert [picture.title for picture in found] == [*stems]  # its heading and files stay
+        assert sum(len(picture.svg) for picture in found) <= max(most, 0)
+        return {picture.title for picture in found if picture.svg}
+
+    assert kept(205) == {*stems}
+    assert kept(204) == {*stems} - {"map_pressure-more"}
+    assert kept(189) == {*stems} - {"map_pressure-more", "map_pressure"}
+    assert kept(160) == {"histories", "convergence_stress", "atlas"}
+    assert kept(119) == {"convergence_stress"}
+    assert kept(89) == set()
+
+
+@pytest.mark.usefixtures("only_svg")
+def test_a_drawing_that_was_dropped_is_in_its_file(tmp_path, write_run, monkeypatch):
+    for resolution in (4, 8):
+        write_run(tmp_path, resolution=resolution)
+    whole = build(tmp_path).read_text(encoding="utf-8")
+    monkeypatch.setattr("mpmbench.report.page.fitted", partial(fitted, most=0))
+    text = build(tmp_path).read_text(encoding="utf-8")
+    assert "<svg" in whole and "<svg" not in text and "<button" not in text
+    assert whole.count("<figure") == text.count("<figure") == text.count("it is in its files")
+    for name in re.findall(r'href="(figures/[^"]+\.svg)"', text):
+        assert "<svg" in (tmp_path / "report" / name).read_text(encoding="utf-8")
