@@ -9,6 +9,7 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 from hatchling.metadata.plugin.interface import MetadataHookInterface
 
+LINK = r"\[([^\]]+)\]\((?![a-z]+:|#)([^)]+)\)"  # to a file beside the README
 KEPT = "mpmbench/commit.txt"  # read by mpmbench.results.provenance where there is no checkout
 
 
@@ -37,11 +38,14 @@ class Commit(BuildHookInterface):
 
 
 class Readme(MetadataHookInterface):
-    """Makes the README the long description, with links to files of the repository that lead there."""
+    """Makes the README the long description, with links to files of the repository that lead there.
+
+    Where the project has no address of its sources, the words of such links stay and lead nowhere.
+    """
 
     def update(self, metadata: dict[str, Any]) -> None:
         """Called with the metadata of the project, which have its URLs already."""
-        base = metadata["urls"]["Source"].rstrip("/")
+        source = metadata.get("urls", {}).get("Source", "").rstrip("/")
         text = (Path(self.root) / "README.md").read_text(encoding="utf-8")
-        text = re.sub(r"\]\((?![a-z]+:|#)([^)]+)\)", rf"]({base}/\1)", text)
+        text = re.sub(LINK, rf"[\1]({source}/\2)" if source else r"\1", text)
         metadata["readme"] = {"content-type": "text/markdown", "text": text}

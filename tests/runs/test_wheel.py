@@ -46,6 +46,8 @@ def test_a_wheel_in_an_empty_folder_runs_an_experiment(tmp_path):
     subprocess.run(command, check=True, capture_output=True)
     (wheel,) = tmp_path.glob("*.whl")
     zipfile.ZipFile(wheel).extractall(tmp_path / "site")
+    (said,) = (tmp_path / "site").glob("*.dist-info/METADATA")
+    assert links_of(said.read_text()) == []  # there is no address that they could lead to
     (tmp_path / "empty").mkdir()
     arguments = [
         "experiments=quickstart",
@@ -75,6 +77,8 @@ def test_what_a_wheel_says_of_itself_and_holds_also_without_a_checkout(tmp_path)
     exported.mkdir()
     tree = subprocess.run(["git", "-C", ROOT, "archive", "HEAD"], capture_output=True, check=True)
     subprocess.run(["tar", "-x", "-C", exported], input=tree.stdout, check=True)
+    with open(exported / "pyproject.toml", "a") as file:
+        file.write('[project.urls]\nSource = "https://sources.test/here"\n')
     command = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--wheel-dir", str(tmp_path)]
     subprocess.run([*command, str(exported)], check=True, capture_output=True)
     (wheel,) = tmp_path.glob("*.whl")
@@ -97,8 +101,14 @@ def test_what_a_wheel_says_of_itself_and_holds_also_without_a_checkout(tmp_path)
     (said,) = [name for name in held if name.endswith("METADATA")]
     text = zipfile.ZipFile(wheel).read(said).decode()
     assert "Project-URL: Source" in text and "Keywords: " in text and "Typing :: Typed" in text
-    targets = re.findall(r"\]\(([^)]*)\)", text)
-    assert targets and all(target.startswith("https://") for target in targets)
+    targets = links_of(text)
+    assert len(targets) > 10
+    assert all(target.startswith(("https://sources.test/here/", "#")) for target in targets)
+
+
+def links_of(text: str) -> list[str]:
+    """Targets of the links in a description."""
+    return re.findall(r"\]\(([^)]*)\)", text)
 
 
 def commands_of_readme() -> list[str]:
