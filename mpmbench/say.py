@@ -4,6 +4,7 @@ import sys
 import textwrap
 
 WIDEST = 80  # columns of what is printed by default
+BELOW = " " * 8  # before a line that goes on with the one above
 
 
 def visible(text: str) -> str:
@@ -37,6 +38,18 @@ def in_lines(text: str, below: str = "", first: str = "") -> list[str]:
         break_on_hyphens=False,
         **around,  # type: ignore[arg-type]
     )
+
+
+def with_reason(start: str, text: str) -> list[str]:
+    """A line with what is said of it: beside it where there is room, else below it.
+
+    >>> with_reason("a", "b")
+    ['a  b']
+    """
+    text = one_line(text)
+    if len(start) + 2 + len(text) <= WIDEST:
+        return [f"{start}  {text}".rstrip()]
+    return [start.rstrip(), *in_lines(text, BELOW, BELOW)]
 
 
 def say(*lines: object, error: bool = False) -> None:

@@ -1,6 +1,7 @@
 """What tests of several rooms share: the smallest result, and changes to files that stay results."""
 
 import json
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,6 +29,11 @@ CONFIG = {
     "campaign": "small",
     "limits": {"time": 100.0, "setup": 100.0, "memory": None},
 }
+
+
+def unbroken(printed: str) -> str:
+    """What was printed, with lines whole again that had to be broken: they go on eight columns further in."""
+    return re.sub(r"\n {8,}", " ", printed)
 
 
 def small(**attributes: Any) -> xr.Dataset:

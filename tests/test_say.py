@@ -8,7 +8,7 @@ import pytest
 from mpmbench.cli import main
 from mpmbench.runs.sweep import display
 from mpmbench.runs.sweep.execute import Record
-from mpmbench.say import one_line, say, visible
+from mpmbench.say import one_line, say, visible, with_reason
 from mpmbench.settings.schema import BadInput
 
 PACKAGE = Path(__file__).parents[1] / "mpmbench"
@@ -54,6 +54,13 @@ def test_lines_of_a_sweep_have_80_columns():
     scalars = {"steps": (7.0, "1"), "plain_cells": (1.0, "1"), "run_out": (0.51234, "m")}
     soil = Record("mpm-linear-soil_column-n8-0123abcd", "ok", "", "f.nc", scalars=scalars)
     assert display.line(soil, 7, 12).endswith(" s  run out 0.512 m")
+
+
+def test_a_reason_stands_beside_as_long_as_80_columns_have_room_for_it():
+    start = "a" * 70
+    assert with_reason(start, "b" * 8) == [f"{start}  {'b' * 8}"]
+    assert with_reason(start, "b" * 9) == [start, " " * 8 + "b" * 9]
+    assert with_reason(start, "") == [start]
 
 
 def test_what_the_command_line_repeats_is_visible(capsys):

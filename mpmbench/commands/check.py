@@ -13,7 +13,7 @@ from typing import Any
 
 from mpmbench.core.registry import PACKAGES, VARIABLE, is_ours
 from mpmbench.runs.process import isolation
-from mpmbench.say import say
+from mpmbench.say import BELOW, in_lines, say, with_reason
 from mpmbench.settings.files import joined
 from mpmbench.settings.schema import BadInput, composed, options
 
@@ -55,8 +55,8 @@ def main(arguments: list[str]) -> int:
                     marks.append(f"{label} not checked")
                 else:
                     marks.append(f"{label} {'ok' if ok else 'FAILS'}")
-                    remarks += [] if ok else [f"    {label}: {text}"]
-            say(f"  {row:<40}{'  '.join(marks)}", *remarks)
+                    remarks += [] if ok else in_lines(f"{label}: {text}", BELOW, "    ")
+            say(*with_reason(f"  {row:<38}", ", ".join(marks)), *remarks)
     if late:
         say(f"{late} {OVER}")
     compiling = ask("compile_time", deadline=math.inf)

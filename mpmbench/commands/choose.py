@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from mpmbench.commands.places import attributes_of, results_in
 from mpmbench.results.bookkeeping import NOT_PART_OF_A_RUN, with_later
-from mpmbench.say import say
+from mpmbench.say import BELOW, in_lines, say
 from mpmbench.settings.schema import GROUPS, BadInput
 from mpmbench.settings.trees import dotted
 from mpmbench.settings.words import in_yaml
@@ -61,13 +61,15 @@ def answer(field: "Field", error: float, folder: Path) -> int:
     what = f"{field.quantity.replace('_', ' ')} {run.error:.3g} {field.unit}".rstrip()
     found = f"{run.combination}, {what}, {field.clock.replace('_', ' ')} {run.cost:.3g} s"
     if len(enough):
-        say(f"{field.problem}: {found}; the cheapest of {len(enough)} runs that are good enough")
+        told = f"{found}; the cheapest of {len(enough)} runs that are good enough"
     else:
-        say(f"{field.problem}: no stored run is good enough; the best is {found}")
+        told = f"no stored run is good enough; the best is {found}"
+    say(*in_lines(f"{field.problem}: {told}", BELOW))
     try:
         say(command_of(attributes_of("choose", folder / str(file))))
     except BadInput:
-        say(f"it used a plug-in that is not here: `rerun {folder / str(file)}` says more")
+        more = f"it used a plug-in that is not here: `rerun {folder / str(file)}` says more"
+        say(*in_lines(more, BELOW))
     return 0 if len(enough) else 1
 
 

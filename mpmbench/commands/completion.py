@@ -35,7 +35,9 @@ _mpmbench() {
 }
 complete -o default -F _mpmbench mpmbench"""
 ZSH = "autoload -U +X bashcompinit && bashcompinit"
-OF_RESULTS = ("show", "animate", "report", "compare", "merge", "rerun", "export", "status")
+OF_RESULTS = (
+    *("show", "animate", "report", "compare", "merge", "rerun", "continue", "export", "status"),
+)
 
 
 def main(arguments: list[str]) -> int:

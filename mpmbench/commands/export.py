@@ -18,7 +18,7 @@ from mpmbench.results.netcdf import load, look, read_scalars, unverified
 from mpmbench.results.one_move import in_one_move
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.execute import check_folder
-from mpmbench.say import one_line, say
+from mpmbench.say import BELOW, in_lines, one_line, say
 from mpmbench.settings.schema import BadInput, did_you_mean
 
 FORMATS = ("--vtk", "--csv")
@@ -75,10 +75,10 @@ def main(arguments: list[str]) -> int:
     check_folder(target, "export:")
     for file, (attributes, damage) in files.items():
         if attributes is None:
-            say(f"left out: {file}: {damage}")
+            say(*in_lines(f"left out: {file}: {damage}", BELOW))
     told = unverified(file for file, attributes in readable.items() if not attributes["digest"])
     if told:
-        say(told)
+        say(*in_lines(told, BELOW))
     written: list[Path] = []
     for file in readable:
         dataset = load(file)

@@ -10,7 +10,7 @@ from mpmbench.results.one_move import in_one_move
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.execute import check_folder
 from mpmbench.runs.sweep.plan import LASTING
-from mpmbench.say import say
+from mpmbench.say import BELOW, in_lines, say
 from mpmbench.settings.schema import BadInput
 
 
@@ -39,10 +39,10 @@ def main(arguments: list[str]) -> int:
                 shutil.copyfile(file, unfinished)
             taken.append(place)
     for line in done["replaced"] + done["left out"]:
-        say(line)
+        say(*in_lines(line, BELOW))
     told = unverified(place for place in taken if not (look(place)[0] or {}).get("digest"))
     if told:
-        say(told)
+        say(*in_lines(told, BELOW))
     counts = ", ".join(f"{len(lines)} {verdict}" for verdict, lines in done.items())
     say(f"{shorten(str(target.absolute()))}: {counts}")
     return 1 if done["left out"] else 0

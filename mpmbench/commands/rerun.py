@@ -17,7 +17,7 @@ from mpmbench.runs.interrupts import terminated_like_interrupted
 from mpmbench.runs.process import isolation
 from mpmbench.runs.sweep import execute
 from mpmbench.runs.sweep.plan import LASTING
-from mpmbench.say import say
+from mpmbench.say import BELOW, in_lines, say
 from mpmbench.settings.arguments import split
 from mpmbench.settings.files import parsed, refuse_targets
 from mpmbench.settings.resolve import cast_to, check_types
@@ -62,10 +62,10 @@ def main(arguments: list[str]) -> int:
             why = record.unwritten or damaged.reason
             raise BadInput(f"rerun {file}: {why}", exit_code=1) from None
         verdict, details = compare(file, Path(record.file), before, after)
-    say(f"{file.stem}: {verdict}")
+    say(*in_lines(f"{file.stem}: {verdict}", BELOW))
     told = unverified([] if before["digest"] else [file])
     for line in filter(None, [*details, told, *what_changed(before, after, config)]):
-        say(f"  {line}")
+        say(*in_lines(line, BELOW, "  "))
     return 0 if verdict in ("bitwise equal", "equal within rounding") else 1
 
 

@@ -16,7 +16,7 @@ from mpmbench.results.netcdf import Damaged, load
 from mpmbench.results.one_move import in_one_move
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.execute import check_folder
-from mpmbench.say import say
+from mpmbench.say import BELOW, in_lines, say
 from mpmbench.settings.schema import BadInput
 
 FOLDER = "pictures"  # beside the results
@@ -188,7 +188,7 @@ def left_out(command: str, file: Path, why: Exception, alone: bool) -> int:
     reason = why.reason if isinstance(why, Damaged) else str(why)
     if alone:
         raise BadInput(f"{command} {file}: {reason}")
-    say(f"left out: {file.name}: {reason}")
+    say(*in_lines(f"left out: {file.name}: {reason}", BELOW))
     return 1
 
 

@@ -15,7 +15,7 @@ from mpmbench.results.identity import changed_files, code_digests, code_hash, di
 from mpmbench.results.netcdf import look
 from mpmbench.runs.sweep.display import shorten
 from mpmbench.runs.sweep.plan import make_plan, state_of
-from mpmbench.say import one_line, say
+from mpmbench.say import one_line, say, visible, with_reason
 from mpmbench.settings.schema import GROUPS, BadInput, options
 
 FEW = 3  # files that are named in a line
@@ -33,7 +33,7 @@ def main(arguments: list[str]) -> int:
         raise BadInput("status: one folder of results, or key=value as for a sweep, is needed")
     top = Path(arguments[0] if arguments else "results")
     if top.is_file():
-        say(describe(top, code_digests))
+        say(*describe(top, code_digests))
         say(*str((look(top)[0] or {}).get("traceback", "")).splitlines())
         return 0
     if not top.is_dir():
@@ -45,7 +45,7 @@ def main(arguments: list[str]) -> int:
         files = sorted(folder.glob("*.nc"), key=lambda file: in_order(file.stem))
         width = max((len(file.stem) for file in files), default=0) + 2
         for file in files:
-            say("  " + describe(file, digests, width))
+            say(*describe(file, digests, width, "  "))
     if not folders:
         say(f"no results in {top}")
     return 0
@@ -58,12 +58,17 @@ def in_order(name: str) -> list[tuple[int, str]]:
 
 
 def describe(
-    file: Path, digests: Callable[[dict[str, Any]], dict[str, str]], width: int = 46
-) -> str:
-    """One line about a result file; `digests` are those of the code of a configuration."""
+    file: Path,
+    digests: Callable[[dict[str, Any]], dict[str, str]],
+    width: int = 46,
+    before: str = "",
+) -> list[str]:
+    """A line about a result file, or two; `digests` are those of the code of a configuration."""
     attributes, damage = look(file)
     if attributes is None:
-        return f"{'damaged':<10} {file.stem:<{width}}{damage or 'it has just been removed'}"
+        return row(
+            f"{before}{'damaged':<10}", file.stem, width, damage or "it has just been removed"
+        )
     config = json.loads(attributes["config"])
     now = digests(config)
     state = state_of(attributes, config, code_hash(now))
@@ -78,7 +83,12 @@ def describe(
         f": {one_line(attributes['reason'])}" if attributes["reason"] else ""
     )
     unverified = "" if attributes["digest"] else "  unverified: an older version wrote no digest"
-    return f"{state:<10} {file.stem:<{width}}{outcome}{changed}{unverified}"
+    return row(f"{before}{state:<10}", file.stem, width, f"{outcome}{changed}{unverified}")
+
+
+def row(state: str, name: str, width: int, said: str) -> list[str]:
+    """The state of a run, its name in a column of that width, and what is said of it."""
+    return with_reason(f"{state} {visible(name):<{width - 2}}", said)
 
 
 def missing_plugins(config: dict[str, Any]) -> str:
@@ -121,7 +131,7 @@ def of_sweep(arguments: list[str]) -> int:
             remark = cell.damage
         elif state == "stale" and cell.earlier:
             remark = changed_since(cell.earlier, digests(cell.config))
-        say(f"{state:<16}{cell.name:<{width}}{remark}".rstrip())
+        say(*row(f"{state:<15}", cell.name, width, remark))
     counts = Counter("not applicable" if cell.not_applicable else cell.state for cell in cells)
     found = [f"{counts[state]} {state}" for state in (*STATES, "not applicable") if counts[state]]
     say(f"{len(cells)} runs: {', '.join(found)}")

@@ -12,7 +12,7 @@ from mpmbench.commands.compare import ratio
 from mpmbench.commands.compare.ratio import QUIET
 from mpmbench.results import netcdf
 from tests.runs.conftest import start
-from tests.support import edited
+from tests.support import edited, unbroken
 
 SWEEP = ("-m", "method=mpm,otm", "basis=linear", "resolution=4,8,16,32,64")
 
@@ -61,7 +61,8 @@ def test_new_failures_come_first_and_healed_ones_are_no_harm(both, command):
     edit(second, factor=2.0)
     there = command("compare", "a", "b")
     assert there.code == 12
-    assert f"new        {first.name}" in there.out and "ok -> diverged: it blew up" in there.out
+    assert f"new        {first.name}" in there.out
+    assert "ok -> diverged: it blew up" in unbroken(there.out)
     back = command("compare", "b", "a")
     assert back.code == 0
     assert "1 healed" in back.out and "1 better" in back.out
@@ -95,8 +96,9 @@ def slow_down(folder, factor, pattern="*.nc"):
 
 
 def speed_of(out):
-    """The lines about speed."""
-    return ("speed (" + out.split("speed (")[1]).splitlines()
+    """The lines about speed, whole, which have 80 columns at most."""
+    assert max(map(len, out.splitlines())) <= 80
+    return ("speed (" + unbroken(out).split("speed (")[1]).splitlines()
 
 
 @pytest.mark.parametrize("factor", [1.5, 3.0])
@@ -148,14 +150,14 @@ def test_what_too_few_or_scattered_times_leave_undecided(both, command):
             times = netcdf.read_attributes(file)["solver_times"]
             edit(file, solver_times=times * np.exp(noise.normal(0.0, 0.5, 4)))
     outcome = command("compare", "a", "b")
-    number = re.search(r"about (\d+) repeats would decide", outcome.out)
+    number = re.search(r"about (\d+) repeats would decide", unbroken(outcome.out))
     assert outcome.code == 30 and number is not None and int(number[1]) > 4
     for folder in both:
         for file in folder.glob("*.nc"):
             edit(file, solver_times=0.1, load_by_others=0.0, steal=0.0)
     slow_down(both[1], 3.0)
     outcome = command("compare", "a", "b")
-    assert outcome.code == 30 and "about 2 repeats would decide" in outcome.out
+    assert outcome.code == 30 and "about 2 repeats would decide" in unbroken(outcome.out)
 
 
 def test_times_under_load_decide_little_and_say_so(both, command):
@@ -166,7 +168,8 @@ def test_times_under_load_decide_little_and_say_so(both, command):
         edit(file, load_by_others=[1.0] * 4, steal=[0.1] * 4)
     outcome = command("compare", "a", "b")
     assert outcome.code == 30
-    assert "under load (processors busy with other work: unknown before, 1.10 after)" in outcome.out
+    said = "under load (processors busy with other work: unknown before, 1.10 after)"
+    assert said in unbroken(outcome.out)
     slow_down(both[1], 1.5)
     assert command("compare", "a", "b").code == 30
     slow_down(both[1], 2.0)
@@ -180,7 +183,7 @@ def test_times_of_other_machines_or_not_alone_are_no_comparable_times(both, comm
     assert outcome.code == 0
     assert "1 no comparable times, 1 same" in speed_of(outcome.out)[0]
     why = r"5 runs on different machines \(host: \S+, another; threads: 1, 2\)"
-    assert re.search(why, outcome.out)
+    assert re.search(why, unbroken(outcome.out))
     for file in both[1].glob("*.nc"):
         with edited(file) as dataset:
             dataset.delncattr("solver_times")
@@ -188,7 +191,7 @@ def test_times_of_other_machines_or_not_alone_are_no_comparable_times(both, comm
     outcome = command("compare", "a", "b")
     assert outcome.code == 0
     assert "2 no comparable times" in speed_of(outcome.out)[0]
-    assert "5 runs not timed alone (timing=exclusive)" in outcome.out
+    assert "5 runs not timed alone (timing=exclusive)" in unbroken(outcome.out)
     assert "same" not in " ".join(speed_of(outcome.out)[1:])
 
 
@@ -201,11 +204,12 @@ def test_what_cannot_be_compared(both, command, folder):
     outcome = command("compare", "a", "b")
     said = "they differ in time_step (1e-05 in A, 2e-05 in B)"
     assert outcome.code == 20
-    assert outcome.out == f"not comparable: no configuration is in both; {said}\n"
+    assert unbroken(outcome.out) == f"not comparable: no configuration is in both; {said}\n"
     for file in both[1].glob("*.nc"):
         edit(file, schema_version=99)
     outcome = command("compare", "a", "b")
-    assert outcome.code == 20 and "schema_version = 99: one of 1, 2, 3, 4 is needed" in outcome.out
+    assert outcome.code == 20
+    assert "schema_version = 99: one of 1, 2, 3, 4 is needed" in unbroken(outcome.out)
     assert command("compare", "a").code == 2
     assert "is not a folder" in command("compare", "a", "nowhere").err
 
@@ -272,8 +276,9 @@ def test_merge_leaves_broken_files_out_and_names_them(both, command, folder):
     edit(b / names[1], config_hash="f" * 16)
     outcome = command("merge", "a", "b")
     assert outcome.code == 1
-    assert f"left out: b/{names[0]}: was changed after it had been written" in outcome.out
-    assert f"left out: b/{names[1]}: another configuration has its name in a" in outcome.out
+    said = unbroken(outcome.out)
+    assert f"left out: b/{names[0]}: was changed after it had been written" in said
+    assert f"left out: b/{names[1]}: another configuration has its name in a" in said
     assert (a / names[0]).read_bytes() == whole
     for arguments in (
         ("merge", "a"),

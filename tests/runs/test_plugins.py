@@ -13,6 +13,7 @@ import pytest
 import mpmbench
 from mpmbench.core import registry
 from mpmbench.results import identity, netcdf
+from tests.support import unbroken
 
 KERNEL = """
 from numba import njit
@@ -133,7 +134,7 @@ def test_built_in_runs_before_and_after_those_of_a_plugin(command, mine, folder)
     assert command(*BAR).code == 0
     mine.with_name("renamed.py").unlink()
     assert command(*BAR).code == 0
-    lines = command("status").out.splitlines()
+    lines = unbroken(command("status").out).splitlines()
     (line,) = [line for line in lines if "plug-in missing" in line]
     assert "material=simo_pister: name its folder in MPMBENCH_PLUGINS" in line
     assert sum("fresh " in line for line in lines) == 1

@@ -14,6 +14,7 @@ from mpmbench.runs.hydra.compose import compose_many
 from mpmbench.runs.sweep import execute, plan
 from mpmbench.settings.files import PACKAGE
 from tests.runs.conftest import PLUGINS
+from tests.support import unbroken
 
 
 def names(folder):
@@ -87,7 +88,7 @@ def test_status_names_the_file_that_changed(command, folder, plugins, monkeypatc
     assert "fresh " in command("status", *sweep).out
     source.write_text(source.read_text().replace("t < 2e-4", "t < 3e-4"))
     for arguments in ((), sweep):
-        lines = command("status", *arguments).out.splitlines()
+        lines = unbroken(command("status", *arguments).out).splitlines()
         (line,) = [line for line in lines if "stale " in line and "runs" not in line]
         assert line.endswith("changed since: failing_bar.py")
     assert "1 stale" in command("status", *sweep).out.splitlines()[-1]
@@ -146,7 +147,7 @@ def test_a_folder_without_results_or_with_foreign_files(command, folder):
         cube = mpmbench.open_campaign("results/default")
     assert cube.status.item() == "ok"
     said = r"damaged +foreign +cannot be read as netCDF: "
-    assert re.search(said, command("status").out)
+    assert re.search(said, unbroken(command("status").out))
 
 
 def test_the_code_hash_follows_what_a_run_uses():

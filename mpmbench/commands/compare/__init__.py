@@ -14,7 +14,7 @@ from mpmbench.commands.compare.speed import speed
 from mpmbench.results.campaign import flat_settings
 from mpmbench.results.netcdf import read_attributes, unverified
 from mpmbench.results.records import Campaign, read_campaign
-from mpmbench.say import say
+from mpmbench.say import BELOW, in_lines, say
 from mpmbench.settings.schema import BadInput
 from mpmbench.settings.words import in_yaml
 
@@ -32,7 +32,7 @@ def main(arguments: list[str]) -> int:
     before, after = (read(Path(argument)) for argument in arguments)
     reason = not_comparable(before, after)
     if reason:
-        say(f"not comparable: {reason}")
+        say(*in_lines(f"not comparable: {reason}", BELOW))
         return NOT_COMPARABLE
     pairs = paired(before, after)
     alone = [len(campaign.runs) - len(pairs) for campaign in (before, after)]
@@ -42,12 +42,12 @@ def main(arguments: list[str]) -> int:
             before.runs.index.difference(pairs.file_a),
             after.runs.index.difference(pairs.file_b),
         ]
-        say(f"these differ in {differing(before, after, *left)}")
+        say(*in_lines(f"these differ in {differing(before, after, *left)}", BELOW))
     good = pairs[(pairs.status_a == "ok") & (pairs.status_b == "ok")]
     failed, errors, order = failures(pairs), accuracy(good), orders(before, after, good)
     times, verdict = speed(before, after, good)
     for aspect in (failed, errors, order, times):
-        say(*str(aspect).splitlines())
+        say(*aspect.told())
     if failed.verdicts["new"]:
         return NEW_FAILURES
     if errors.verdicts["worse"] or order.verdicts["worse"]:
@@ -62,15 +62,16 @@ def read(folder: Path) -> Campaign:
     except FileNotFoundError as error:
         raise BadInput(f"compare: {error}") from None
     for name, reason in campaign.unreadable.items():
-        say(f"left out: {folder / name}: {reason}")
+        say(*in_lines(f"left out: {folder / name}: {reason}", BELOW))
     told = unverified(campaign.unverified)
     if told:
-        say(f"{folder}: {told}")
+        say(*in_lines(f"{folder}: {told}", BELOW))
     if campaign.runs.empty:
         return campaign
     again = campaign.runs.config_hash.duplicated()
     for name in campaign.runs.index[again]:
-        say(f"left out: {folder / name}: another file has the same configuration")
+        why = "another file has the same configuration"
+        say(*in_lines(f"left out: {folder / name}: {why}", BELOW))
     return campaign.only(~again)
 
 

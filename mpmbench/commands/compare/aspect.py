@@ -9,7 +9,7 @@ import pandas as pd
 from mpmbench.analysis.estimate import OrderEstimate, slopes_text
 from mpmbench.report.series import order_of, studies
 from mpmbench.results.records import Campaign
-from mpmbench.say import visible
+from mpmbench.say import BELOW, in_lines, visible, with_reason
 
 ACCURACY = 0.01  # relative change of an error that counts
 ORDER = 0.1  # change of an order that counts
@@ -29,15 +29,14 @@ class Aspect:
         """Count a verdict, and keep a line if something is to be said."""
         self.verdicts[verdict] += 1
         if verdict != "same" or self.tells_all:
-            self.lines.append(f"  {verdict:<10} {item:<46} {text}".rstrip())
+            self.lines += with_reason(f"  {verdict:<10} {visible(item):<46}", text)
 
-    def __str__(self) -> str:
+    def told(self) -> list[str]:
+        """Lines of at most 80 columns: how many verdicts there are, and what was judged."""
         counts = ", ".join(
             f"{number} {verdict}" for verdict, number in sorted(self.verdicts.items())
         )
-        return "\n".join(
-            [f"{self.name}: {counts or 'nothing to compare'}", *map(visible, self.lines)]
-        )
+        return [*in_lines(f"{self.name}: {counts or 'nothing to compare'}", BELOW), *self.lines]
 
 
 def failures(pairs: pd.DataFrame) -> Aspect:

@@ -22,6 +22,7 @@ from mpmbench.report.series import series_name
 from mpmbench.results.netcdf import read_attributes
 from mpmbench.results.records import Campaign
 from mpmbench.results.timings import Timings, is_busy, mean_load, timings
+from mpmbench.say import BELOW, in_lines, with_reason
 
 MACHINE = ("host", "cpu", "threads")
 Pair = tuple[Timings, Timings]  # of one run, before and after
@@ -62,7 +63,9 @@ def speed(before: Campaign, after: Campaign, good: pd.DataFrame) -> tuple[Aspect
             aspect.judge(left, group, f"{number} runs {reason}")
     if pairs:
         text = f"{said(together, pairs, allowance)}{by_cpu(pairs)}"
-        aspect.lines.append(f"  all runs   {together.verdict(allowance)} ({LEVEL:.0%}): {text}")
+        aspect.lines += with_reason(
+            f"  all runs   {together.verdict(allowance)} ({LEVEL:.0%}):", text
+        )
     return aspect, verdict
 
 
@@ -85,10 +88,11 @@ def allowed(aspect: Aspect, pairs: Sequence[Pair]) -> float:
     loads = [mean_load([pair[side] for pair in pairs]) for side in (0, 1)]
     if any(is_busy(load) for load in loads):
         told = ["unknown" if np.isnan(load) else f"{load:.2f}" for load in loads]
-        aspect.lines.append(
-            f"  under load (processors busy with other work: {told[0]} before, {told[1]} after): less "
+        text = (
+            f"under load (processors busy with other work: {told[0]} before, {told[1]} after): less "
             f"than a factor of {BUSY:g} is undecided; time both on a quiet machine"
         )
+        aspect.lines += in_lines(text, BELOW, "  ")
         return BUSY
     if pairs and np.isnan(loads).any():
         aspect.lines.append("  load by other work unknown, taken as none")

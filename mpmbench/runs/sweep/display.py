@@ -13,7 +13,7 @@ from mpmbench.results.differences import differences, sentences, settings_of
 from mpmbench.results.quantities import ZERO_FIELD, of_interest, own
 from mpmbench.runs.sweep.execute import Record
 from mpmbench.runs.sweep.plan import Plan
-from mpmbench.say import WIDEST, in_lines, one_line
+from mpmbench.say import BELOW, in_lines, one_line, with_reason
 from mpmbench.settings.files import here
 
 SHOW_PROGRESS_AFTER = 1.5  # seconds
@@ -24,7 +24,7 @@ def summary(record: Record, total_seconds: float) -> str:
     """A few lines about a single run."""
     scalars = record.scalars
     reason = one_line(record.reason)
-    lines = [f"{record.name}: {record.outcome}" + (f", {reason}" if reason else "")]
+    lines = in_lines(f"{record.name}: {record.outcome}" + (f", {reason}" if reason else ""), BELOW)
     for name in ERRORS:
         text = _quantity(scalars, f"error_{name}_rms")
         if text:
@@ -61,7 +61,7 @@ def line(record: Record, number: int, total: int) -> str:
     start = (
         f"[{number:{width}}/{total}] {record.outcome:<2}  {record.name:<42} {record.seconds:6.3g} s"
     )
-    return with_reason(start, record.unwritten or record.reason or error)
+    return "\n".join(with_reason(start, record.unwritten or record.reason or error))
 
 
 def first_number(record: Record) -> str:
@@ -74,20 +74,12 @@ def first_number(record: Record) -> str:
     return ""
 
 
-def with_reason(start: str, text: str) -> str:
-    """A line with what is said of it: beside it where there is room, else below it."""
-    text = one_line(text)
-    if len(start) + 2 + len(text) <= WIDEST:
-        return f"{start}  {text}".rstrip()
-    return "\n".join([start, *in_lines(text, " " * 8, " " * 8)])
-
-
 def failures(records: list[Record]) -> str:
     """A table of the runs that failed, with their reasons."""
     rows = [f"{len(records)} of the runs failed:" if len(records) > 1 else "One run failed:"]
     for record in records:
         reason = "; ".join(part for part in (record.reason, record.unwritten) if part)
-        rows.append(with_reason(f"  {record.outcome:<13} {record.name}", reason))
+        rows += with_reason(f"  {record.outcome:<13} {record.name}", reason)
     traced = [record for record in records if record.has_traceback and not record.unwritten]
     if traced:
         rows.append(f"where each was raised is in its file: {traceback_of(traced[0])}, for example")

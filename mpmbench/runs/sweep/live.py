@@ -7,7 +7,7 @@ from typing import Any
 from mpmbench.runs.sweep import display
 from mpmbench.runs.sweep.ledger import Ledger
 from mpmbench.runs.sweep.plan import Plan
-from mpmbench.say import say, visible
+from mpmbench.say import BELOW, in_lines, say, visible
 
 LOOK_EVERY = 0.1  # seconds
 MOST_SHOWN = 8  # runs under way that are listed one by one
@@ -33,10 +33,11 @@ class View:
 
     def begin(self, plan: Plan) -> None:
         """Say what is planned, and start to follow."""
-        say(display.plan_line(plan))
+        say(*in_lines(display.plan_line(plan), BELOW))
         for cell in plan.cells():
             if cell.damage:
-                say(f"damaged, to be computed again: {cell.name}: {cell.damage}")
+                what = f"damaged, to be computed again: {cell.name}: {cell.damage}"
+                say(*in_lines(what, BELOW))
         differing = display.comparison(plan)
         if differing and plan.to_run:
             say(*differing.splitlines())

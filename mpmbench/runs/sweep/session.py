@@ -30,7 +30,7 @@ from mpmbench.runs.sweep.plan import (
     stamp_of,
     timed_enough,
 )
-from mpmbench.say import say
+from mpmbench.say import BELOW, in_lines, say
 from mpmbench.settings.arguments import value_of
 from mpmbench.settings.schema import BadInput
 
@@ -189,7 +189,7 @@ class Session:
         """Say what failed and what was left out; whether nothing failed."""
         failed = [record for record in records if record.failed] + self.plan.failed_before()
         for cell in self.plan.not_applicable:
-            say(f"not applicable: {cell.name}: {cell.not_applicable}")
+            say(*in_lines(f"not applicable: {cell.name}: {cell.not_applicable}", BELOW))
         if failed:
             say(*display.failures(failed).splitlines())
         left = len(self.plan.to_run) + len(self.plan.unchecked) - len(records)
