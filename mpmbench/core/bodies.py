@@ -236,19 +236,21 @@ def inertia(m: np.ndarray, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np
 
 
 def audit(s: "State", v: np.ndarray) -> dict[str, Any]:
-    """Momenta and energies of each body, when there are several, at velocities `v` [m/s], shape (P, dim)."""
-    p, bodies = s.particles, s.bodies
+    """Momenta and energies of each body, when there are several, at velocities `v` [m/s] of what carries them."""
+    p, bodies, all_of = s.particles, s.bodies, s.carriers
     if bodies.count < 2:
         return {}
     rows: dict[str, list[Any]] = {}
     for b in range(bodies.count):
         own, material = bodies.particles(b), bodies.materials[b]
-        momentum, spin, _ = inertia(p.m[own], p.x[own], p.v[own])
-        vibration = inertia(p.m[own], p.x[own], v[own])[2]
+        carried = s.carried_by(b)
+        m, x = all_of.m[carried], all_of.x[carried]
+        momentum, spin, _ = inertia(m, x, all_of.v[carried])
+        vibration = inertia(m, x, v[carried])[2]
         for name, value in {
             "body_momentum": momentum,
             "body_angular_momentum": spin,
-            "body_kinetic_energy": kinetic_energy(p.m[own], v[own]),
+            "body_kinetic_energy": kinetic_energy(m, v[carried]),
             "body_vibration_energy": vibration,
             "body_strain_energy": strain_energy(
                 material.law, s.axes, p.F[own], p.state[own], p.V0[own]

@@ -44,7 +44,7 @@ class Choices(Settings):
     meets_walls: ClassVar[bool] = False
 
     # What holds for a loop without a setting of this name; the others have a field instead.
-    mass = "lumped"  # mass matrix, or consistent
+    mass = "lumped"  # mass matrix, or kept, or consistent
     mass_cutoff = 1e-6  # nodes with less than this many particle masses follow their neighbours
     transfer = "flip"  # of velocities between particles and nodes, by its name
     gradient = "functions"  # derivatives of the functions, affine or conforming

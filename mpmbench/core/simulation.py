@@ -12,6 +12,7 @@ from mpmbench.core.bases import Basis, BasisSettings
 from mpmbench.core.bases.affine import AffineGradients
 from mpmbench.core.bases.frozen import FrozenBasis
 from mpmbench.core.bases.grid.product import GridBasis, count_crossings
+from mpmbench.core.bases.parted import own_functions
 from mpmbench.core.bodies import Part, audit, gather, owners
 from mpmbench.core.compiled import threads
 from mpmbench.core.contact import ContactRule
@@ -142,7 +143,11 @@ def build_state(
     if choices.frozen:
         functions = FrozenBasis(functions, p.x, p.F)
     fixed = body.fixed(reference)
-    mass = make_mass(choices, fixed, functions, p)
+    own = functions
+    if choices.mass == "kept" and body.parts:  # a body's nodes have the mass of this body
+        own = own_functions(basis, meshes, bodies.particle, len(body.parts), moving)
+        own.follow(p)
+    mass = make_mass(choices, fixed, own, p)
     state = State(
         p,
         Nodes.zeros(*functions.nodes.shape),
@@ -226,7 +231,7 @@ def simulate(
             state.time_step = dt
             if solution.steps == 0:
                 begin(state, dt)
-                watch.kinetic_at_start = kinetic_energy(state.particles.m, state.particles.v)
+                watch.kinetic_at_start = kinetic_energy(state.carriers.m, state.carriers.v)
             watch.before_step(dt)
             cpu_start = process_time()
             start = perf_counter()
@@ -309,16 +314,18 @@ class Watch:
         velocities as they are, which a leapfrog scheme conserves exactly.
         """
         s, p, history = self.state, self.state.particles, self.solution.history
-        kinetic = kinetic_energy(p.m, p.v + lag * p.a if lag > 0.0 else p.v)
+        m, x, v, a = s.carriers
+        there = v + lag * a if lag > 0.0 else v
+        kinetic = kinetic_energy(m, there)
         strain, lost = 0.0, 0.0
         for material, *rows in s.bodies.laws:
             own = slice(*rows)
             strain += strain_energy(material.law, s.axes, p.F[own], p.state[own], p.V0[own])
             lost += dissipated_energy(material, p, own)
-        momentum = p.m @ p.v
-        arm, velocity = np.zeros((len(p.x), 3)), np.zeros((len(p.x), 3))
-        arm[:, : p.dimension], velocity[:, : p.dimension] = p.x, p.v
-        spin = p.m @ np.cross(arm, velocity) + s.transfer.spin(s)
+        momentum = m @ v
+        arm, velocity = np.zeros((len(x), 3)), np.zeros((len(x), 3))
+        arm[:, : p.dimension], velocity[:, : p.dimension] = x, v
+        spin = m @ np.cross(arm, velocity) + s.transfer.spin(s)
         values = {
             "time": s.time,
             "kinetic_energy": kinetic,
@@ -329,7 +336,7 @@ class Watch:
             "external_work": s.external_work,
             "momentum": momentum,
             "angular_momentum": spin,
-            **audit(s, p.v + lag * p.a if lag > 0.0 else p.v),
+            **audit(s, there),
             **(s.observe(s) if s.observe is not None else {}),
         }
         for name, value in values.items():
@@ -347,11 +354,12 @@ class Watch:
             )
 
     def lost_in_transfers(self) -> float:
-        """Kinetic energy that nodes were given and particles have not taken [J]."""
-        s, p = self.state, self.state.particles
+        """Kinetic energy that nodes were given and what carries it has not taken [J]."""
+        s = self.state
         if s.kinetic_given is None:
             return 0.0
-        return s.kinetic_given - (kinetic_energy(p.m, p.v) - self.kinetic_at_start)
+        m, _, v, _ = s.carriers
+        return s.kinetic_given - (kinetic_energy(m, v) - self.kinetic_at_start)
 
     def snapshot(self) -> None:
         """Copy the particles."""

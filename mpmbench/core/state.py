@@ -12,7 +12,7 @@ from mpmbench.core.contact import Contact
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.loads import Loads
 from mpmbench.core.materials import Material
-from mpmbench.core.matrix.mass import Mass
+from mpmbench.core.matrix.mass import KeptMass, Mass
 from mpmbench.core.particles import Particles
 from mpmbench.core.transfer import Transfer, find_transfer
 from mpmbench.core.transfer.sums import NodalSums
@@ -22,6 +22,15 @@ from mpmbench.core.walls import Walls
 class NodeArrays(NamedTuple):
     """Velocities and accelerations of `Nodes`, as compiled loops take them."""
 
+    v: np.ndarray
+    a: np.ndarray
+
+
+class Carriers(NamedTuple):
+    """Masses [kg], shape (n,), and places, velocities and accelerations, shape (n, dim), of what has the momentum."""
+
+    m: np.ndarray
+    x: np.ndarray
     v: np.ndarray
     a: np.ndarray
 
@@ -176,6 +185,20 @@ class State:
         most = max(len(p.x), self.basis.stand_ins)
         self.sums = NodalSums(len(self.fixed), most, p.dimension, body_force)
         self.walls = Walls(self.loads.walls, len(self.fixed), p.dimension)
+
+    @property
+    def carriers(self) -> Carriers:
+        """What momentum and kinetic energy are those of: particles, or nodes that keep their masses."""
+        p, n = self.particles, self.nodes
+        if isinstance(self.mass, KeptMass):
+            return Carriers(self.mass.kept, self.basis.nodes, n.v, n.a)
+        return Carriers(p.m, p.x, p.v, p.a)
+
+    def carried_by(self, body: int) -> slice | np.ndarray:
+        """Which of the carriers are those of a body."""
+        if isinstance(self.mass, KeptMass):
+            return np.flatnonzero(self.bodies.node == body)
+        return self.bodies.particles(body)
 
     def give(self, energy: float) -> None:
         """Count kinetic energy [J] that nodes were given."""

@@ -35,7 +35,7 @@ COMBINATIONS = [
     for nodes, functions, mass, transfer, update in itertools.product(
         ("fixed", "moving"),
         ("updated", "frozen"),
-        ("lumped", "consistent"),
+        ("lumped", "kept", "consistent"),
         ("flip", "pic", "blend", "position_difference", "nodal"),
         ("usl", "usf", "musl"),
     )

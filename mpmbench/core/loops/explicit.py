@@ -41,7 +41,11 @@ class Explicit(TimeLoop):
     """The explicit loop of MPM, OTM and the unified method."""
 
     time: str = "explicit"
-    mass: str = setting("lumped", "mass matrix of the nodes", options=("lumped", "consistent"))
+    mass: str = setting(
+        "lumped",
+        "mass matrix of the nodes: lumped in each step, or once and kept by nodes with their velocities",
+        options=("lumped", "kept", "consistent"),
+    )
     transfer: str = setting(
         "flip",
         "of velocities: flip, pic, blend, apic, asflip, tpic, xpic, fmpm, position_difference, nodal, or of a "
@@ -111,11 +115,12 @@ class Explicit(TimeLoop):
         """Momentum is conserved always, by the partition of unity.
 
         Angular momentum is exactly when the matrix that is solved is that of ``sum_p m_p phi_i x_p
-        = sum_j M_ij x_j``, which a lumped one is not. Energy is bounded unless a lumped projection
+        = sum_j M_ij x_j``, which a lumped one is not, and where nodes keep their masses, whose momenta
+        only forces change. Energy is bounded unless a lumped projection
         filters the velocity of the particles (PIC) in every step.
         """
         transfer, kept = find_transfer(self.transfer).promises, {"mass", "momentum"}
-        if self.mass == "consistent":
+        if self.mass in ("kept", "consistent"):
             kept |= {"angular_momentum", "energy"}
         elif transfer.energy:
             kept.add("energy")
@@ -343,7 +348,14 @@ def check(choices: Explicit) -> None:
     NotApplicable
         With the reason.
     """
-    find_transfer(choices.transfer).check(choices)
+    transfer = find_transfer(choices.transfer)
+    transfer.check(choices)
+    if choices.mass == "kept" and (choices.frozen or not transfer.velocity_on_nodes):
+        raise NotApplicable(
+            "method.mass=kept is for nodes that keep their velocities while functions change: it needs "
+            f"method.transfer=nodal and method.shape_functions=updated, given {choices.transfer} "
+            f"and {choices.shape_functions}"
+        )
     if choices.stress_update != "usl" and choices.on_body:
         raise NotApplicable(
             f"method.stress_update={choices.stress_update} needs method.nodes=fixed and updated "

@@ -1,4 +1,4 @@
-"""The lumped mass matrix, and the choice of a solver for the consistent one."""
+"""The lumped mass matrix, of each step or of the start, and the choice of a solver for the consistent one."""
 
 from typing import Protocol
 
@@ -11,6 +11,7 @@ from mpmbench.core.compiled import compiled
 from mpmbench.core.matrix.band import BandMass, assemble_band
 from mpmbench.core.matrix.light import LightNodes, heaviest_seen
 from mpmbench.core.particles import Particles
+from mpmbench.core.transfer.sums import p2g_mass
 
 # Beyond this band conjugate gradients cost less than a banded factorisation in every step.
 WIDEST_BAND = 40
@@ -48,8 +49,17 @@ class Mass(Protocol):
 
 
 def make_mass(choices: Choices, fixed: np.ndarray, basis: Basis, p: Particles) -> Mass:
-    """The mass matrix that the method asks for, with the solver that its size asks for."""
+    """The mass matrix that the method asks for, with the solver that its size asks for.
+
+    Masses that are kept are those of this `basis` at the start: of several bodies each on its own
+    nodes.
+    """
     light_nodes = LightNodes(choices.mass_cutoff, fixed)
+    if choices.mass == "kept":
+        basis.locate(p.x)
+        m_i = np.zeros(len(fixed))
+        p2g_mass(basis.handle, p.x, p.m, m_i)
+        return KeptMass(fixed, light_nodes, m_i)
     # implicit loops sum a consistent mass into their tangent
     if choices.mass == "lumped" or choices.implicit:
         return LumpedMass(fixed, light_nodes)
@@ -97,6 +107,33 @@ class LumpedMass:
         out = rhs / self._system[node, None]
         out[self.fixed[node]] = 0.0
         return np.asarray(out)
+
+
+class KeptMass(LumpedMass):
+    """Lumped masses of the start, which nodes that move with the material keep as finite elements do.
+
+    Masses that are lumped anew leave nodes their velocities and change what these weigh. With those
+    of the particles, ``v_p = sum_i phi_i v_i``, a lumped kinetic energy is
+
+        1/2 sum_i m_i v_i^2 = 1/2 sum_p m_p (v_p^2 + sum_i phi_i (v_i - v_p)^2),
+
+    and the last sum grows where new functions bring together nodes that differ in velocity: between
+    bodies that collide. Constant masses leave the work of forces as all that changes it.
+
+    Parameters
+    ----------
+    kept : ndarray
+        Masses at the start [kg], shape (N,).
+    """
+
+    def __init__(self, fixed: np.ndarray, light_nodes: LightNodes, kept: np.ndarray) -> None:
+        super().__init__(fixed, light_nodes)
+        self.kept = kept
+        self.m_i = self._system = kept
+
+    def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
+        m_i[:] = self.kept
+        super().assemble(basis, p, m_i)
 
 
 @compiled

@@ -7,7 +7,8 @@ what particles have lost or won by their new functions is given back by these,
     v_i <- v_i + 1/m_i sum_p m_p phi_i(x_p) (v_p - sum_j phi_j(x_p) v_j),
 
 which is ``sum_p m_p v_p`` again and does not depend on a common velocity. In a single body nothing
-changes: its results stay those of the thesis' equation.
+changes: its results stay those of the thesis' equation. Energy can grow by it, as
+`mpmbench.core.matrix.mass.KeptMass` says, whose masses need nothing of this.
 """
 
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -45,7 +46,7 @@ class Nodal(Transfer):
 
     def keep_momentum(self, s: "State") -> None:
         """Give back what new functions have taken, where there are several bodies."""
-        if s.bodies.count < 2:
+        if s.bodies.count < 2 or s.choices.mass == "kept":
             return
         n, p, (momentum, change) = s.nodes, s.particles, s.room
         momentum[:], change[:] = 0.0, 0.0

@@ -33,6 +33,8 @@ class Verdict:
         Change of the total momentum, and of the angular momentum, over those at the start.
     energy : float
         Largest part of the energy that no series accounts for, over that at the start.
+    made : float
+        Largest change of the kinetic and stored energy, over that at the start.
     kinetic, strain, contact : float
         Energies at the end over that at the start.
     inside, inside_ever : int
@@ -49,6 +51,7 @@ class Verdict:
     momentum: float
     spin: float
     energy: float
+    made: float
     kinetic: float
     strain: float
     contact: float
@@ -80,6 +83,7 @@ def verdict(first: xr.Dataset, swapped: xr.Dataset) -> Verdict:
         momentum=float(np.abs(first.momentum.values - first.momentum.values[0]).max()) / scale,
         spin=float(np.abs(spin - spin[0]).max()) / scale,
         energy=float(first.energy_imbalance),
+        made=float(first.energy_drift),
         kinetic=float(first.kinetic_energy[-1]) / start,
         strain=float(first.strain_energy[-1]) / start,
         contact=float(first.contact_energy[-1]) / start,
