@@ -101,15 +101,20 @@ def test_each_impact_has_a_film(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_depths_by_velocity_are_drawn_and_tabulated(
     tmp_path: Path, write_run: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for folder in ("sphere_velocity", "sphere_open"):
+    for folder in ("sphere_velocity", "sphere_transfer", "sphere_open"):
         (tmp_path / folder).mkdir()
     run = {"method": "otm", "basis": "lme", "resolution": 2, "dimension": 3}
-    for speed in (500.0, 1000.0):
+    for speed, folder, mass in (
+        (500.0, "sphere_velocity", "kept"),
+        (1000.0, "sphere_velocity", "kept"),
+        (1500.0, "sphere_transfer", "lumped"),
+    ):
         scalars = dict.fromkeys(impact.READ, 1e-3 * speed)
         settings = {"problem": {"speed": speed}}
         write_run(
-            tmp_path / "sphere_velocity",
+            tmp_path / folder,
             problem="sphere_impact",
+            mass=mass,
             scalars=scalars,
             settings=settings,
             **run,
@@ -126,40 +131,53 @@ def test_depths_by_velocity_are_drawn_and_tabulated(
     page = impact.impact_chapter(read_campaigns(tmp_path))
     assert len(page.drawings) == 4 and page.drawings[1].content.axes[0].lines
     rows = {(row[0].value, row[1].value): row[2].value for row in page.tables[0].rows}
-    assert rows["OTM, shared nodes", 1000.0] == 1.0 and not rows["OTM, shared nodes", 750.0]
-    drawn = page.drawings[1].content.axes[0].lines[0].get_xydata()
-    assert drawn.tolist() == [[0.5, 0.5], [1.0, 1.0]]
+    assert rows[impact.KEPT, 1000.0] == 1.0 and not rows[impact.KEPT, 750.0]
+    assert rows[next(iter(impact.MAPPED)), 1500.0] == 1.5
+    kept, made = page.drawings[1].content.axes[0].lines[:2]
+    assert kept.get_xydata().tolist() == [[0.5, 0.5], [1.0, 1.0]]
+    assert made.get_xydata().tolist() == [[1.5, 1.5]] and "by up to 150%" in made.get_label()
     with pytest.raises(MissingRuns):
         impact.impact_chapter(read_campaigns(tmp_path / "sphere_open"))
 
 
 def test_depths_stand_by_cells_and_rule(tmp_path: Path, write_run: Any) -> None:
-    (tmp_path / "sphere_rules").mkdir()
     known = [name for name in impact.READ if name != "energy_imbalance"]
-    cases = ((2, "shared", "flip"), (4, "shared", "nodal"), (3, "penalty", "flip"))
-    for resolution, rule, transfer in cases:
+    cases: tuple[tuple[Any, ...], ...] = (
+        ("sphere_rules", 1000.0, 2, "shared", "flip", 10.0),
+        ("sphere_rules", 1000.0, 4, "shared", "nodal", 10.0),
+        ("sphere_bands", 500.0, 3, "penalty", "flip", 10.0),
+        ("sphere_bands", 500.0, 3, "shared", "flip", None),
+    )
+    for folder, speed, resolution, rule, transfer, exponent in cases:
+        (tmp_path / folder).mkdir(exist_ok=True)
+        settings = {"contact": {"name": rule}, "method": {"transfer": transfer}}
+        settings |= {"problem": {"speed": speed}, "material": {"rate_exponent": exponent}}
         write_run(
-            tmp_path / "sphere_rules",
+            tmp_path / folder,
             problem="sphere_impact",
             method="mpm",
             basis="linear",
             resolution=resolution,
             dimension=3,
             scalars=dict.fromkeys(known, 0.25 * resolution),
-            settings={"contact": {"name": rule}, "method": {"transfer": transfer}},
+            settings=settings,
         )
     (table,) = impact.cells_chapter(read_campaigns(tmp_path)).tables
-    read = [tuple(cell.value for cell in row[1:5]) for row in table.rows]
-    shared = [("shared", "flip", 0.625, 0.5), ("shared", "nodal", 0.312, 1.0)]
-    assert read == [*shared, ("penalty", "flip", 0.417, 0.75)]
-    assert {row[7].text for row in table.rows} == {""}  # these runs went well and do not have it
+    read = [tuple(cell.value for cell in (row[0], *row[2:7])) for row in table.rows]
+    assert read == [
+        (500.0, "shared", "particles", "no rate effect", 0.417, 0.75),
+        (500.0, "penalty", "particles", "10", 0.417, 0.75),
+        (1000.0, "shared", "particles", "10", 0.625, 0.5),
+        (1000.0, "shared", "nodes", "10", 0.312, 1.0),
+    ]
+    assert {row[9].text for row in table.rows} == {""}  # these runs went well and do not have it
 
 
 def test_a_setting_that_is_left_out_is_found(tmp_path: Path, write_run: Any) -> None:
     """No rate effect is no rate exponent, which a table of numbers holds as nan."""
     (tmp_path / "sphere_open").mkdir()
     for exponent in (10.0, None):
-        changed = impact.BASE | {"material__rate_exponent": exponent}
+        changed = impact.BASE | {"material__rate_exponent": exponent, "problem__speed": 500.0}
         settings: dict[str, dict[str, Any]] = {}
         for key, value in changed.items():
             group, _, name = key.partition("__")
@@ -171,5 +189,6 @@ def test_a_setting_that_is_left_out_is_found(tmp_path: Path, write_run: Any) -> 
             settings=settings,
         )
     (table,) = impact.open_chapter(read_campaigns(tmp_path)).tables
-    depths = {row[0].value: row[1].value for row in table.rows}
-    assert depths["no rate effect"] == 0.7 and depths[next(iter(impact.OPEN))] == 10.0
+    depths = {(row[0].value, row[1].value): row[2].value for row in table.rows}
+    assert depths["no rate effect", 500.0] == 0.7
+    assert depths[next(iter(impact.OPEN)), 500.0] == 10.0
