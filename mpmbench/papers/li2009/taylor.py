@@ -68,12 +68,16 @@ def bulk_stress(campaigns: Campaigns, **match: Any) -> Cell:
     if not isinstance(largest.value, float):
         return largest
     _, found = variables(campaigns, "taylor", "von_mises", "volume", **match)
-    stress, volume = found["von_mises"][-1], found["volume"][-1]
+    value = bulk(found["von_mises"][-1], found["volume"][-1])
+    return scaled(dataclasses.replace(largest, value=value), 1e-6)
+
+
+def bulk(stress: np.ndarray, volume: np.ndarray) -> float:
+    """The stress that `BULK` of the volume does not pass, of particles that have one."""
     solid = np.flatnonzero(np.isfinite(stress))
     order = solid[np.argsort(stress[solid])]
     share = np.cumsum(volume[order]) / volume[order].sum()
-    value = float(stress[order[np.searchsorted(share, BULK)]])
-    return scaled(dataclasses.replace(largest, value=value), 1e-6)
+    return float(stress[order[np.searchsorted(share, BULK)]])
 
 
 def finest(campaigns: Campaigns, match: dict[str, Any]) -> dict[str, Any]:
