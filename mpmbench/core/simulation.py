@@ -26,11 +26,12 @@ from mpmbench.core.energies import (
 from mpmbench.core.errors import Diverged, SolverFailure
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.guards import guard
+from mpmbench.core.kept import masses_of_start
 from mpmbench.core.loads import Loads, loaded_points
 from mpmbench.core.loops import TimeLoop
 from mpmbench.core.loops.explicit import update_particles
 from mpmbench.core.materials import Material
-from mpmbench.core.matrix.mass import make_mass
+from mpmbench.core.matrix.mass import KeptMass, Mass, make_mass
 from mpmbench.core.moved import complete
 from mpmbench.core.particles import Particles, particle_data
 from mpmbench.core.state import Nodes, State
@@ -143,11 +144,12 @@ def build_state(
     if choices.frozen:
         functions = FrozenBasis(functions, p.x, p.F)
     fixed = body.fixed(reference)
-    own = functions
-    if choices.mass == "kept" and body.parts:  # a body's nodes have the mass of this body
-        own = own_functions(basis, meshes, bodies.particle, len(body.parts), moving)
-        own.follow(p)
-    mass = make_mass(choices, fixed, own, p)
+    if choices.mass == "kept":
+        who = bodies.particle, len(body.parts)
+        own = own_functions(basis, meshes, *who, moving) if body.parts else functions
+        mass: Mass = KeptMass(fixed, choices.mass_cutoff, masses_of_start(own, p))
+    else:
+        mass = make_mass(choices, fixed, functions, p)
     state = State(
         p,
         Nodes.zeros(*functions.nodes.shape),

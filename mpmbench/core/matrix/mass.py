@@ -11,7 +11,6 @@ from mpmbench.core.compiled import compiled
 from mpmbench.core.matrix.band import BandMass, assemble_band
 from mpmbench.core.matrix.light import LightNodes, heaviest_seen
 from mpmbench.core.particles import Particles
-from mpmbench.core.transfer.sums import p2g_mass
 
 # Beyond this band conjugate gradients cost less than a banded factorisation in every step.
 WIDEST_BAND = 40
@@ -49,17 +48,8 @@ class Mass(Protocol):
 
 
 def make_mass(choices: Choices, fixed: np.ndarray, basis: Basis, p: Particles) -> Mass:
-    """The mass matrix that the method asks for, with the solver that its size asks for.
-
-    Masses that are kept are those of this `basis` at the start: of several bodies each on its own
-    nodes.
-    """
+    """The mass matrix that the method asks for, with the solver that its size asks for."""
     light_nodes = LightNodes(choices.mass_cutoff, fixed)
-    if choices.mass == "kept":
-        basis.locate(p.x)
-        m_i = np.zeros(len(fixed))
-        p2g_mass(basis.handle, p.x, p.m, m_i)
-        return KeptMass(fixed, light_nodes, m_i)
     # implicit loops sum a consistent mass into their tangent
     if choices.mass == "lumped" or choices.implicit:
         return LumpedMass(fixed, light_nodes)
@@ -122,12 +112,14 @@ class KeptMass(LumpedMass):
 
     Parameters
     ----------
+    cutoff : float
+        As of `LightNodes`.
     kept : ndarray
         Masses at the start [kg], shape (N,).
     """
 
-    def __init__(self, fixed: np.ndarray, light_nodes: LightNodes, kept: np.ndarray) -> None:
-        super().__init__(fixed, light_nodes)
+    def __init__(self, fixed: np.ndarray, cutoff: float, kept: np.ndarray) -> None:
+        super().__init__(fixed, LightNodes(cutoff, fixed))
         self.kept = kept
         self.m_i = self._system = kept
 
