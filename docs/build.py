@@ -1,8 +1,9 @@
 """Builds the documentation, offline: ``python docs/build.py`` leaves ``docs/_build/html/index.html``.
 
 The reference is made from the declarations in the sources, and the gallery by running every problem
-and every example. What was run before is kept in ``docs/_build/results``. The exit code is 1 when
-Sphinx warns or a link leads nowhere. With ``--quick`` one problem is run and the gallery shows those
+and every example, each result drawn by `show` and `animate`. What was run before is kept in
+``docs/_build/results``. The exit code is 1 when Sphinx warns, a link leads nowhere, or a problem has no
+picture. With ``--quick`` one problem is run and the gallery shows those
 that were run before: for a look at the text.
 """
 
@@ -26,7 +27,9 @@ ROOT, BUILD = DOCS.parent, DOCS / "_build"
 SOURCE, HTML, RESULTS = BUILD / "source", BUILD / "html", BUILD / "results"
 sys.path.insert(0, str(ROOT))
 
-from mpmbench import NAMES  # noqa: E402
+from PIL import Image  # noqa: E402
+
+from mpmbench import NAMES, cli  # noqa: E402
 from mpmbench.commands import compare  # noqa: E402
 from mpmbench.commands.help import lines_of  # noqa: E402
 from mpmbench.commands.list import sentences_of  # noqa: E402
@@ -51,7 +54,13 @@ EXIT_CODES = {
 
 
 # What the gallery runs of problems that take minutes.
-CHOICES = {"sphere_impact": "resolution=2", "taylor_anvil": "resolution=2 end_time=2e-5"}
+CHOICES = {
+    "six_cubes": "resolution=4",
+    "soil_column": "resolution=20",
+    "sphere_impact": "resolution=2 end_time=2e-6",
+    "taylor_anvil": "resolution=2 end_time=2e-5",
+}
+INSTANTS = "snapshots=8"  # that moving pictures show
 
 
 def table(head: list[str], rows: list[list[object]]) -> list[str]:
@@ -148,9 +157,9 @@ def api() -> list[str]:
 
 def run_problems(quick: bool) -> dict[str, Path]:
     """Every problem, and its result file; what was run before is kept."""
-    usual = [name for name in options("problem") if name not in CHOICES]
-    sweeps = [[f"problem={','.join(usual)}"], *(words_of(name).split() for name in CHOICES)]
-    for words in [["problem=bar_fixed_ends"]] if quick else sweeps:
+    usual = ",".join(name for name in options("problem") if name not in CHOICES)
+    sweeps = [words_of(one).split() for one in (usual, *CHOICES)]
+    for words in [words_of("bar_fixed_ends").split()] if quick else sweeps:
         command = [
             sys.executable,
             "-m",
@@ -173,33 +182,54 @@ def run_problems(quick: bool) -> dict[str, Path]:
 
 def words_of(problem: str) -> str:
     """The words with which the gallery runs a problem."""
-    return f"problem={problem} {CHOICES.get(problem, '')}".rstrip()
+    return " ".join(filter(None, [f"problem={problem}", CHOICES.get(problem), INSTANTS]))
 
 
-def gallery(found: dict[str, Path]) -> list[str]:
-    """A contact sheet of `show` on every problem, and the examples with what they print."""
+def drawn(command: str, result: Path, target: Path) -> bool:
+    """Have `show` or `animate` draw a result; whether it could."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        return cli.main([command, str(result), f"--out={target}"]) == 0
+
+
+def halfway(film: Path) -> bytes:
+    """The picture in the middle of a moving one, as PNG."""
+    file = io.BytesIO()
+    with Image.open(film) as moving:
+        moving.seek(moving.n_frames // 2)
+        moving.convert("RGB").save(file, "PNG")
+    return file.getvalue()
+
+
+def gallery(found: dict[str, Path]) -> tuple[list[str], list[str]]:
+    """Contact sheets of `show` and `animate` on every problem, and the examples with what they print.
+
+    Returns the page, and the problems that have no picture.
+    """
     pictures = SOURCE / "pictures"
     pictures.mkdir()
-    drawn: dict[str, Path] = {}
+    stills: dict[str, bytes] = {}
+    films: dict[str, bytes] = {}
     sheet = []
     for name in options("problem"):
+        still, film = pictures / f"{name}.png", pictures / f"{name}.gif"
         sheet += [f"## {name}", "", description("problem", name), ""]
         sheet += ["```text", f"python -m mpmbench {words_of(name)}", "```", ""]
-        if name not in found:
-            sheet += ["It has no particles that could be drawn, or was not run to its end.", ""]
+        if not (
+            name in found
+            and drawn("show", found[name], still)
+            and drawn("animate", found[name], film)
+        ):
+            sheet += ["It has no picture, since it was not run to its end.", ""]
             continue
-        picture = pictures / f"{name}.png"
-        command = [sys.executable, "-m", "mpmbench", "show", str(found[name]), f"--out={picture}"]
-        done = subprocess.run(command, capture_output=True, text=True)
-        if done.returncode == 0:
-            drawn[name] = picture
-            sheet += [f"![Particles of {name} at the end]({picture.relative_to(SOURCE)})", ""]
-        else:
-            sheet += ["It has no particles that could be drawn.", ""]
-    images = [picture.read_bytes() for picture in drawn.values()]
-    (pictures / "contact_sheet.png").write_bytes(contact_sheet(images))
+        stills[name], films[name] = still.read_bytes(), halfway(film)
+        sheet += [f"![Particles of {name} at the end]({still.relative_to(SOURCE)})", ""]
+        sheet += [f"{{download}}`The same, moving <{film.relative_to(SOURCE)}>`", ""]
     head = ["# Gallery", "", "`show` on a run of every problem; below, each by itself.", ""]
-    head += [f"![{', '.join(drawn)}](pictures/contact_sheet.png)", ""]
+    for kind, images in (("show", stills), ("animate", films)):
+        file = pictures / f"contact_sheet_{kind}.png"
+        file.write_bytes(contact_sheet([*images.values()]))
+        head += [f"![{', '.join(images)}]({file.relative_to(SOURCE)})", ""]
+        head += ["`animate` on the same runs, halfway through.", ""] if kind == "show" else []
     sheet = [*head, *sheet, "## Examples", ""]
     for example in sorted((ROOT / "examples").glob("*.py")):
         text = example.read_text(encoding="utf-8")
@@ -216,7 +246,7 @@ def gallery(found: dict[str, Path]) -> list[str]:
                 f"![{words}]({picture.relative_to(SOURCE)})",
                 "",
             ]
-    return sheet
+    return sheet, [name for name in options("problem") if name not in stills]
 
 
 def outcome_of(example: Path) -> tuple[str, dict[str, Any]]:
@@ -284,19 +314,21 @@ def main() -> int:
     parser.add_argument(
         "--quick", action="store_true", help="run one problem, for a look at the text"
     )
-    found = run_problems(parser.parse_args().quick)
+    quick = parser.parse_args().quick
+    found = run_problems(quick)
     shutil.rmtree(SOURCE, ignore_errors=True)
     shutil.copytree(
         DOCS, SOURCE, ignore=shutil.ignore_patterns("_build", "build.py", "__pycache__")
     )
     take_reports()
+    sheet, undrawn = gallery(found)
     pages = {
         "reference/keys": keys(),
         "reference/commands": commands(),
         "reference/exit_codes": exit_codes(),
         "reference/file": file_format(found["bar_fixed_ends"]),
         "reference/api": api(),
-        "gallery": gallery(found),
+        "gallery": sheet,
     }
     for name, lines in pages.items():
         (SOURCE / f"{name}.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -304,11 +336,12 @@ def main() -> int:
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html"]
     code = subprocess.run([*command, str(SOURCE), str(HTML)], cwd=ROOT).returncode
     broken = broken_links(HTML) if HTML.exists() else []
-    print(*(f"broken: {one}" for one in broken), sep="\n", end="\n" if broken else "")
+    told = [f"broken: {one}" for one in broken] + [f"no picture of: {one}" for one in undrawn]
+    print(*told, sep="\n", end="\n" if told else "")
     print(
         f"{HTML / 'index.html'}: {len(list(HTML.rglob('*.html')))} pages, {len(broken)} broken links"
     )
-    return 1 if code or broken else 0
+    return 1 if code or broken or (undrawn and not quick) else 0
 
 
 if __name__ == "__main__":

@@ -72,12 +72,19 @@ def robust(values: np.ndarray) -> tuple[float, float]:
 
 
 def arrays_of(dataset: xr.Dataset) -> Iterator[tuple[str, xr.DataArray]]:
-    """What a result holds for each particle at each instant, without exact solutions and positions."""
+    """What a result holds for each particle at each instant, without exact solutions and positions.
+
+    What is known of particles once, as shape functions, is the same at all instants.
+    """
     for key, variable in sorted(dataset.data_vars.items(), key=lambda item: str(item[0])):
         name = str(key)
-        is_field = variable.dims[:2] == EACH and variable.dtype.kind in "iuf"
-        if is_field and name != "position" and not name.endswith("_exact"):
+        is_place = name in ("position", "position_initial") or name.endswith("_exact")
+        if is_place or variable.dtype.kind not in "iuf":
+            continue
+        if variable.dims[:2] == EACH:
             yield name, variable
+        elif variable.dims[:1] == EACH[1:]:
+            yield name, variable.expand_dims(snapshot=dataset.sizes["snapshot"])
 
 
 def names_of(dataset: xr.Dataset) -> list[str]:
@@ -100,12 +107,13 @@ def parts_of(shape: tuple[int, ...]) -> list[str]:
 def telling(dataset: xr.Dataset) -> str:
     """The field that says most: the first of a short list that is not the same everywhere all the time.
 
-    One that has an exact solution comes first, after plastic strain.
+    One that has an exact solution comes first, after plastic strain, and what a problem has of its
+    own last.
     """
     known = names_of(dataset)
     of_line = dataset.sizes.get("dim") == 1
     with_exact = [name for name in KNOWN[of_line] if f"{name}_exact" in dataset]
-    for name in (TELLING[0], *with_exact, *TELLING[1:]):
+    for name in (TELLING[0], *with_exact, *TELLING[1:], *known):
         if name in known and np.ptp(np.nan_to_num(field_of(dataset, name).values)) > 0.0:
             return name
     if not known:

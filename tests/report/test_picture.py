@@ -62,6 +62,21 @@ def test_fields_have_names_components_and_errors():
         field_of(xr.Dataset())
 
 
+def test_what_is_known_of_particles_once_is_a_field_too():
+    still = result(1)
+    X = still.position_initial
+    still["shape_function"] = (("particle", "shown"), np.hstack([X, 1.0 - X]), {"units": "1"})
+    assert {"shape_function", "shape_function_1", "shape_function_2"} <= {*names_of(still)}
+    assert "position_initial" not in names_of(still)
+    second = field_of(still, "shape_function_2")
+    assert second.values.shape == still.displacement.shape[:2]
+    assert np.array_equal(second.values, np.broadcast_to(1.0 - X[:, 0], second.values.shape))
+    for name in ("displacement", "stress"):  # nothing moves: what remains is drawn
+        still[name] = 0.0 * still[name]
+    del still["displacement_exact"]
+    assert field_of(still).name == "shape_function"
+
+
 def test_the_most_telling_field_varies():
     flat = result(2, exact=False)
     assert field_of(flat).name == "stress"
