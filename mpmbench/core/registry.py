@@ -118,14 +118,14 @@ def while_plugins_stay(find: Callable[..., Found]) -> Callable[..., Found]:
 
 @while_plugins_stay
 def plugin_folders() -> list[Path]:
-    """Folders of ``MPMBENCH_PLUGINS`` and of the entry points ``mpmbench.plugins``."""
+    """Folders of ``MPMBENCH_PLUGINS`` and of the entry points ``mpmbench.plugins``, each once."""
     named = os.environ.get(VARIABLE, "").split(os.pathsep)
     folders = [Path(part).resolve() for part in named if part]
     for entry in entry_points(group="mpmbench.plugins"):
         spec = importlib.util.find_spec(entry.value)
         places = spec.submodule_search_locations if spec is not None else None
         folders.extend(Path(place).resolve() for place in places or [])
-    return folders
+    return list(dict.fromkeys(folders))
 
 
 def plugin_files() -> list[Path]:

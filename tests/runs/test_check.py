@@ -42,6 +42,15 @@ def test_a_plugin_that_keeps_its_contract(command):
     assert "20 of 20 checks passed" in outcome.out
 
 
+def test_a_folder_that_is_known_by_another_spelling_is_the_same(command, folder, monkeypatch):
+    (folder / "plugins").mkdir()
+    shutil.copy(OUTSIDE / "stored_hat.py", folder / "plugins")
+    monkeypatch.setenv("MPMBENCH_PLUGINS", "plugins/")
+    monkeypatch.setattr(check, "TIME", 0.0)  # what it registers is found, and nothing is judged
+    outcome = command("check", "plugins/stored_hat.py")
+    assert outcome.out.startswith("basis stored_hat"), outcome.err
+
+
 @pytest.mark.parametrize("name", ["simo_pister", "free_bar"])
 def test_other_kinds_of_plugins(command, name):
     outcome = command("check", str(OUTSIDE / f"{name}.py"))
