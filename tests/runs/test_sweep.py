@@ -37,6 +37,20 @@ def test_a_sweep_runs_each_cell_once_and_is_resumed(command, folder):
     assert [path.name for path in folder.iterdir()] == ["results"]
 
 
+def test_lines_of_runs_of_the_same_name_say_what_tells_them_apart(command):
+    sweep = ("-m", "basis=linear,bspline", "resolution=4", "end_time=1e-4", "cfl=0.4,0.5")
+    said = unbroken(command(*sweep, "report=false", "method.mass=lumped").out)
+    for basis in ("linear", "bspline"):
+        for cfl in (0.4, 0.5):
+            assert re.search(
+                rf"mpm-{basis}-bar_fixed_ends-n4-\w+ .* s +cfl={cfl}: [\d.e-]+ m\n", said
+            )
+    alone = command(
+        "-m", "basis=linear,bspline", "resolution=5", "end_time=1e-4", "report=false"
+    ).out
+    assert "basis.degree" not in alone and "2 runs" in alone
+
+
 def test_a_key_of_another_option_makes_a_cell_inapplicable(command, folder):
     outcome = command("-m", "basis=linear,bspline", "basis.degree=1", "resolution=4")
     assert outcome.code == 0

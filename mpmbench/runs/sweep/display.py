@@ -54,14 +54,18 @@ def of_the_field(relative: float) -> str:
     return "  (the exact field is zero)" if zero else f"  ({relative:.3g} of the field)"
 
 
-def line(record: Record, number: int, total: int) -> str:
-    """One line about a run of a sweep with its displacement error, or below it why it has none."""
+def line(record: Record, number: int, total: int, settings: str = "") -> str:
+    """One line about a run of a sweep with its displacement error, or below it why it has none.
+
+    `settings` are those that tell it from runs of the same name.
+    """
     width = len(str(total))
     error = first_number(record)
     start = (
         f"[{number:{width}}/{total}] {record.outcome:<2}  {record.name:<42} {record.seconds:6.3g} s"
     )
-    return "\n".join(with_reason(start, record.unwritten or record.reason or error))
+    said = ": ".join(filter(None, (settings, record.unwritten or record.reason or error)))
+    return "\n".join(with_reason(start, said))
 
 
 def first_number(record: Record) -> str:

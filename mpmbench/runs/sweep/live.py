@@ -24,6 +24,7 @@ class View:
     def __init__(self, ledger: Ledger) -> None:
         self.ledger = ledger
         self.plan = Plan()
+        self.settings: dict[str, str] = {}  # that tell runs of the same name apart
         self.shown: dict[str, bool] = {}  # whether each run failed that has ended
         self.since: dict[str, float] = {}  # when each run was first seen under way
         self.began = 0.0
@@ -41,7 +42,7 @@ class View:
         differing = display.comparison(plan)
         if differing and plan.to_run:
             say(*differing.splitlines())
-        self.plan, self.began = plan, time.monotonic()
+        self.plan, self.settings, self.began = plan, plan.told_apart(), time.monotonic()
         if not plan.to_run:
             return
         if display.on_terminal():
@@ -76,7 +77,8 @@ class View:
         for name in self.ledger.ended(self.shown):
             record = self.ledger.record(name)
             self.shown[name] = record.failed
-            lines = display.line(record, len(self.shown), len(self.plan.to_run)).splitlines()
+            counts = len(self.shown), len(self.plan.to_run)
+            lines = display.line(record, *counts, self.settings.get(name, "")).splitlines()
             if self._terminal is not None:
                 text = "\n".join(map(visible, lines))
                 colour = "red" if record.failed else None

@@ -10,6 +10,8 @@ from mpmbench.results.identity import code_hash, config_hash, digests_of_many, r
 from mpmbench.results.provenance import attributes
 from mpmbench.runs.process.isolation import Ended
 from mpmbench.runs.sweep import execute
+from mpmbench.settings.trees import dotted
+from mpmbench.settings.words import in_yaml
 
 # The same code would fail the same way again; whatever else failed may have been the machine's or
 # the user's doing.
@@ -65,6 +67,21 @@ class Plan:
     def cells(self) -> list[Cell]:
         """All cells."""
         return [*self.to_run, *self.finished, *self.not_applicable, *self.unchecked]
+
+    def told_apart(self) -> dict[str, str]:
+        """By name, the settings of a cell that vary among those whose names differ in their ends only."""
+        alike: dict[str, list[Cell]] = {}
+        for cell in self.cells():
+            alike.setdefault(cell.name.rpartition("-")[0], []).append(cell)
+        found = {}
+        for cells in alike.values():
+            settings = [dotted(cell.config) for cell in cells]
+            keys = [
+                key for key, one in settings[0].items() if any(s.get(key) != one for s in settings)
+            ]
+            for cell, own in zip(cells, settings, strict=True):
+                found[cell.name] = " ".join(f"{key}={in_yaml(own.get(key))}" for key in keys)
+        return found
 
 
 def make_plan(combinations: Iterable[tuple[dict[str, Any], str]]) -> Plan:
