@@ -57,6 +57,13 @@ class View:
     elevation: float = 20.0
 
 
+class Drawing(Figure):
+    """A figure that shows itself in a notebook, also where pyplot does not draw into it."""
+
+    def _repr_png_(self) -> bytes:
+        return rendered(self)
+
+
 def picture(
     dataset: xr.Dataset, name: str | None = None, snapshot: int = -1, view: View | None = None
 ) -> Figure:
@@ -104,7 +111,7 @@ def scene(dataset: xr.Dataset, field: Field, view: View) -> tuple[Figure, Paint]
     each = style.COLUMN * (1.3 if len(panels) == 1 else 1.0)
     tall = np.clip((each - 0.6) * height / width, 0.6, 1.6 * each) + 0.8
     bar_below = width > height  # a long body has its bar below
-    figure = Figure(
+    figure = Drawing(
         figsize=(each * len(panels) + (0.0 if bar_below else 0.9), tall + 0.5 * bar_below)
     )
     figure.set_layout_engine("constrained")
@@ -188,7 +195,7 @@ def along_a_line(
     dataset: xr.Dataset, field: Field, view: View, position: np.ndarray, exact: np.ndarray | None
 ) -> tuple[Figure, Paint]:
     """In 1D: the field over the position, the exact solution in black."""
-    figure = Figure(figsize=(1.3 * style.COLUMN, 0.85 * style.COLUMN))
+    figure = Drawing(figsize=(1.3 * style.COLUMN, 0.85 * style.COLUMN))
     figure.set_layout_engine("constrained")
     axes = figure.subplots()
     beside = field.exact if view.exact else None

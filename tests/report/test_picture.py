@@ -198,6 +198,8 @@ def test_a_result_shows_itself_in_a_notebook(write_run, tmp_path):
     assert "xr-wrap" in page  # and what xarray says of it
     assert isinstance(bar.isel(snapshot=[-1]), Result)
     assert bar.show("velocity", exact=False).get_suptitle() == bar.show().get_suptitle()
+    with Image.open(io.BytesIO(bar.show("velocity")._repr_png_())) as shown:  # without pyplot too
+        assert shown.format == "PNG" and shown.width > 300
     failed = Result.of(netcdf.load(write_run(tmp_path, status="diverged", reason="a < b")))
     page = failed._repr_html_()
     assert "<img" not in page and "diverged: a &lt; b" in page
