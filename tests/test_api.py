@@ -93,7 +93,7 @@ OPERATIONS = {
     "copy": lambda c: c.copy(deep=True),
     "to_array": lambda c: c[["steps", "solver_time"]].to_array(),
     "concat": lambda c: xr.concat([c.steps, c.steps], "twice"),
-    "groupby": lambda c: c.steps.groupby("resolution").sum(),
+    "groupby": lambda c: c.steps.groupby("resolution", squeeze=False).sum(),
     "pandas": lambda c: xr.Dataset.from_dataframe(c[["steps"]].to_dataframe()),
 }
 
