@@ -236,21 +236,20 @@ def inertia(m: np.ndarray, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np
 
 
 def audit(s: "State", v: np.ndarray) -> dict[str, Any]:
-    """Momenta and energies of each body, when there are several, at velocities `v` [m/s] of what carries them."""
-    p, bodies, all_of = s.particles, s.bodies, s.carriers
+    """Momenta and energies of each body, when there are several, at velocities `v` [m/s] of what has the energies."""
+    p, bodies, carriers, movers = s.particles, s.bodies, s.carriers, s.movers
     if bodies.count < 2:
         return {}
     rows: dict[str, list[Any]] = {}
     for b in range(bodies.count):
         own, material = bodies.particles(b), bodies.materials[b]
-        carried = s.carried_by(b)
-        m, x = all_of.m[carried], all_of.x[carried]
-        momentum, spin, _ = inertia(m, x, all_of.v[carried])
-        vibration = inertia(m, x, v[carried])[2]
+        carried, moved = s.of_body(carriers, b), s.of_body(movers, b)
+        momentum, spin, _ = inertia(carriers.m[carried], carriers.x[carried], carriers.v[carried])
+        vibration = inertia(movers.m[moved], movers.x[moved], v[moved])[2]
         for name, value in {
             "body_momentum": momentum,
             "body_angular_momentum": spin,
-            "body_kinetic_energy": kinetic_energy(m, v[carried]),
+            "body_kinetic_energy": kinetic_energy(movers.m[moved], v[moved]),
             "body_vibration_energy": vibration,
             "body_strain_energy": strain_energy(
                 material.law, s.axes, p.F[own], p.state[own], p.V0[own]

@@ -21,7 +21,7 @@ def strain_energy(law, axes, F, state, V0):
 
 @compiled
 def kinetic_energy(m, v):
-    """``sum_p m_p |v_p|^2 / 2`` [J]."""
+    """``sum_p m_p |v_p|^2 / 2`` of particles, or of nodes with lumped masses [J]."""
     total = 0.0
     for p in range(v.shape[0]):
         for d in range(v.shape[1]):

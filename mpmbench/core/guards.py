@@ -37,15 +37,15 @@ def guard(s: State) -> None:
         if not np.isfinite(array[solid]).all():
             bad = int(np.argmin(np.isfinite(array).reshape(len(array), -1).all(axis=1)))
             raise Diverged(f"{name} of particle {bad} is not finite")
-    bad = s.basis.first_outside(p.x[solid])
-    if bad >= 0:
+    bad = s.basis.first_outside(p.x)
+    if 0 <= bad < solid.stop:
         if not np.isfinite(p.x[bad]).all():
             raise Diverged(f"the position of particle {bad} is not finite")
         raise BrokeDown(
             f"particle {bad} at {p.x[bad]} m has lost its basis: it left the nodes' domain"
             f"{s.choices.circumstances(s)}"
         )
-    if p.tracers and s.basis.first_outside(p.x[solid.stop :]) >= 0:
+    if bad >= solid.stop:
         put_back(s)
 
 

@@ -36,6 +36,7 @@ from mpmbench.core.moved import complete
 from mpmbench.core.particles import Particles, particle_data
 from mpmbench.core.state import Nodes, State
 from mpmbench.core.transfer import find_transfer
+from mpmbench.core.transfer.sums import p2g_mass
 
 SAME_STEP = 1e-15  # relative: the step that was asked for, but for the rounding of a quotient
 ENERGY_GROWTH = 10.0  # a run with this many times the energy that was put in has diverged
@@ -176,6 +177,7 @@ def build_state(
         functions.locate(p.x)
     if state.transfer.velocity_on_nodes:  # that of the particles is only read off
         update_particles(state, 0.0, velocity=True)
+        p2g_mass(functions.handle, p.x, p.m, state.nodes.m)
     state.transfer.start(state)
     return state
 
@@ -233,7 +235,7 @@ def simulate(
             state.time_step = dt
             if solution.steps == 0:
                 begin(state, dt)
-                watch.kinetic_at_start = kinetic_energy(state.carriers.m, state.carriers.v)
+                watch.kinetic_at_start = kinetic_energy(state.movers.m, state.movers.v)
             watch.before_step(dt)
             cpu_start = process_time()
             start = perf_counter()
@@ -316,14 +318,15 @@ class Watch:
         velocities as they are, which a leapfrog scheme conserves exactly.
         """
         s, p, history = self.state, self.state.particles, self.solution.history
-        m, x, v, a = s.carriers
-        there = v + lag * a if lag > 0.0 else v
-        kinetic = kinetic_energy(m, there)
+        moved = s.movers
+        there = moved.v + lag * moved.a if lag > 0.0 else moved.v
+        kinetic = kinetic_energy(moved.m, there)
         strain, lost = 0.0, 0.0
         for material, *rows in s.bodies.laws:
             own = slice(*rows)
             strain += strain_energy(material.law, s.axes, p.F[own], p.state[own], p.V0[own])
             lost += dissipated_energy(material, p, own)
+        m, x, v, _ = s.carriers
         momentum = m @ v
         arm, velocity = np.zeros((len(x), 3)), np.zeros((len(x), 3))
         arm[:, : p.dimension], velocity[:, : p.dimension] = x, v
@@ -360,7 +363,7 @@ class Watch:
         s = self.state
         if s.kinetic_given is None:
             return 0.0
-        m, _, v, _ = s.carriers
+        m, _, v, _ = s.movers
         return s.kinetic_given - (kinetic_energy(m, v) - self.kinetic_at_start)
 
     def snapshot(self) -> None:

@@ -188,15 +188,27 @@ class State:
 
     @property
     def carriers(self) -> Carriers:
-        """What momentum and kinetic energy are those of: particles, or nodes that keep their masses."""
+        """What momentum is that of: particles, or nodes that keep their masses."""
         p, n = self.particles, self.nodes
         if isinstance(self.mass, KeptMass):
             return Carriers(self.mass.kept, self.basis.nodes, n.v, n.a)
         return Carriers(p.m, p.x, p.v, p.a)
 
-    def carried_by(self, body: int) -> slice | np.ndarray:
-        """Which of the carriers are those of a body."""
-        if isinstance(self.mass, KeptMass):
+    @property
+    def movers(self) -> Carriers:
+        """What kinetic energy is that of: nodes with lumped masses that keep their velocities, else particles.
+
+        These only interpolate such velocities, ``v_p = sum_i phi_i v_i``, and lack what functions smooth.
+        It is the same where the mass is consistent.
+        """
+        n, own = self.nodes, self.transfer.velocity_on_nodes and not self.choices.frozen
+        if own and self.choices.mass == "lumped":
+            return Carriers(n.m, self.basis.nodes, n.v, n.a)
+        return self.carriers
+
+    def of_body(self, carried: Carriers, body: int) -> slice | np.ndarray:
+        """Which of these are those of a body."""
+        if carried.x is self.basis.nodes:
             return np.flatnonzero(self.bodies.node == body)
         return self.bodies.particles(body)
 

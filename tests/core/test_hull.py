@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
 from mpmbench.core.bases.entropy.lme import LocalMaxEnt
 from mpmbench.core.bases.entropy.maxent import MaxEnt
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box, Cloud
+from mpmbench.core.geometry.hull import Hull
 
 
 def test_hull_of_a_triangle() -> None:
@@ -60,3 +62,39 @@ def test_nodes_that_do_not_surround_a_point() -> None:
         basis.evaluate(np.array([[0.45]]))
     with pytest.raises(BrokeDown, match="outside the hull of the 2 nodes"):
         basis.evaluate(np.array([[0.35]]))
+
+
+def test_edges_in_the_plane_are_those_of_qhull() -> None:
+    """Of scattered nodes and of a lattice, whose sides have nodes on them."""
+    rng = np.random.default_rng(5)
+    lattice = Box((0.0, 0.0), (3.0, 2.0), (6, 4)).nodes()
+    turned = lattice @ np.array([[0.8, 0.6], [-0.6, 0.8]])
+    for nodes in (rng.standard_normal((200, 2)), lattice, turned, lattice[::-1], lattice[:, ::-1]):
+        hull, other = Hull(np.ascontiguousarray(nodes)), ConvexHull(nodes)
+        x = nodes.mean(axis=0) + 1.5 * rng.uniform(-1.0, 1.0, (400, 2)) * np.ptp(nodes, axis=0)
+        outside = (other.equations @ np.column_stack([x, np.ones(400)]).T > 0.0).any(axis=0)
+        assert [hull.first_outside(one[None]) == 0 for one in x] == outside.tolist()
+        assert 0 < outside.sum() < 400 and hull.first_outside(nodes) == -1
+    for flat in (np.outer(np.arange(4.0), [1.0, 2.0]), np.zeros((3, 2))):
+        with pytest.raises(BrokeDown, match="line or plane"):
+            Hull(flat)
+
+
+def test_lists_of_cells_hold_until_nodes_have_moved_far() -> None:
+    """With the bits of functions whose nodes were listed just now."""
+    rng = np.random.default_rng(6)
+    nodes = Box((0.0, 0.0), (6.0, 6.0), (6, 6)).nodes()
+    basis = LocalMaxEnt().build(Cloud(nodes, spacing=1.0), 0, True)
+    kept = []
+    for size in (0.01, 0.01, 0.01, 0.3, 1e-4):
+        before = basis.cloud.buckets.lower.copy()
+        step = rng.uniform(-size, size, nodes.shape)
+        basis.move(step)
+        kept.append(np.array_equal(before, basis.cloud.buckets.lower))
+        x = rng.dirichlet(np.ones(49), 30) @ basis.nodes
+        x[0], x[1] = basis.nodes[0] * 0.999 + 0.001 * x[0], basis.nodes[-1] * 0.999 + 0.001 * x[1]
+        fresh = LocalMaxEnt().build(Cloud(basis.nodes.copy(), spacing=1.0), 0, True)
+        ours, theirs = basis.evaluate(x), fresh.evaluate(x)
+        assert np.array_equal(ours.matrix(49), theirs.matrix(49))
+        assert np.array_equal(ours.size, theirs.size)
+    assert kept == [True, True, True, False, True]

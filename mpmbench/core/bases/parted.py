@@ -120,14 +120,16 @@ class PartedBasis(Basis):
     def _owner(self, x: np.ndarray) -> np.ndarray:
         """Body of each point."""
         p = self._particles
-        if p is None or len(x) in (len(p.x), p.material.stop):
+        if p is None or len(x) == len(p.x):
+            return self.body
+        if len(x) == p.material.stop:
             return self.body[: len(x)]
         return np.asarray(self.body[search_tree(p.x).query(x)[1]])
 
     def first_outside(self, x: np.ndarray) -> int:
         owner, outside = self._owner(x), []
         for b, basis in enumerate(self.bases):
-            rows = np.flatnonzero(owner == b)
+            rows = self.rows[b] if owner is self.body else np.flatnonzero(owner == b)
             found = basis.first_outside(x[rows]) if len(rows) else -1
             if found >= 0:
                 outside.append(int(rows[found]))

@@ -1,8 +1,18 @@
-"""Which points are outside a box."""
+"""The box around points, and which points are outside a box."""
 
 import numpy as np
 
 from mpmbench.core.compiled import compiled, threads
+
+
+@compiled
+def extent(x):
+    """Smallest and largest coordinates of points [m], shape (n, dim), each of shape (dim,)."""
+    lower, upper = x[0].copy(), x[0].copy()
+    for p in range(1, x.shape[0]):
+        for d in range(x.shape[1]):
+            lower[d], upper[d] = min(lower[d], x[p, d]), max(upper[d], x[p, d])
+    return lower, upper
 
 
 @compiled

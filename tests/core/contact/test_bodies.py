@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mpmbench import case
-from mpmbench.core.bodies import Part, inertia, overlap
+from mpmbench.core.bodies import Part, audit, inertia, overlap
 from mpmbench.core.errors import BadSetting
 from mpmbench.core.geometry import Cloud
 from mpmbench.core.geometry.surface import facet_normals, surface_of
@@ -25,6 +25,31 @@ def test_bodies_add_up_to_the_whole() -> None:
     assert result.body.values.tolist() == [1] * 32 + [2] * 32
     speeds = [float(result[f"velocity_{b}"]) for b in (1, 2)]
     assert sum(speeds) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("method", "on_nodes"), (("otm", True), ("unified", False)))
+def test_kinetic_energy_is_that_of_what_keeps_velocities(method: str, on_nodes: bool) -> None:
+    """A pattern of the nodes that functions smooth is there, in the whole and in its body."""
+    chosen = {"method__mass": "lumped"} | SMALL
+    s = case.build(case.read(compose("two_squares", method, "lme", **chosen)))
+    n, p, first = s.nodes, s.particles, s.bodies.node == 0
+    n.v[first] += 0.1 * (-1.0) ** np.arange(first.sum())[:, None]
+    s.basis.locate(p.x)
+    carry(s, 0.0, Update(True, False, False, False, 0.0))
+    smooth = 0.5 * float(p.m @ np.sum(p.v**2, axis=1))
+    moved = s.movers
+    found = 0.5 * float(moved.m @ np.sum(moved.v**2, axis=1))
+    each = audit(s, moved.v)
+    assert each["body_kinetic_energy"].sum() == pytest.approx(found)
+    vibrates = each["body_vibration_energy"]
+    assert vibrates[0] > 0.0
+    if on_nodes:
+        assert vibrates[1] == pytest.approx(0.0, abs=1e-9)
+        assert moved.m.sum() == pytest.approx(p.m.sum()) and found > 1.003 * smooth
+        assert vibrates[0] == pytest.approx(0.5 * n.m[first].sum() * 0.02, rel=0.02)
+    else:
+        assert found == pytest.approx(smooth)
+    assert moved.a is (n.a if on_nodes else p.a)
 
 
 def test_vibration_is_what_rigid_motion_leaves() -> None:

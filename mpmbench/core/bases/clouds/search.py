@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mpmbench.core.compiled import lean
+from mpmbench.core.compiled import compiled, lean
 from mpmbench.core.geometry import search_tree
+from mpmbench.core.geometry.outside import extent
 
 
 class Buckets(NamedTuple):
@@ -107,9 +108,10 @@ def fill_buckets(buckets: Buckets, nodes: np.ndarray, support: np.ndarray) -> Bu
     written in place, unless longer lists are needed.
     """
     dimension = nodes.shape[1]
-    buckets.lower[:dimension] = nodes.min(axis=0)
-    extent = nodes.max(axis=0) - buckets.lower[:dimension]
-    buckets.size[:dimension] = np.where(extent > 0.0, extent / buckets.cells[:dimension], 1.0)
+    lower, upper = extent(nodes)
+    buckets.lower[:dimension] = lower
+    cells = (upper - lower) / buckets.cells[:dimension]
+    buckets.size[:dimension] = np.where(cells > 0.0, cells, 1.0)
     buckets.inverse_size[:] = 1.0 / buckets.size
     buckets.first[:] = 0
     work = np.zeros(3, dtype=np.int64), np.zeros(3, dtype=np.int64), np.zeros(3)
@@ -125,15 +127,30 @@ def fill_buckets(buckets: Buckets, nodes: np.ndarray, support: np.ndarray) -> Bu
     return buckets
 
 
+@compiled
+def still_listed(nodes, listed, support, reach):
+    """Whether lists made for the radii `reach` of nodes at `listed` [m] hold those for `support` where they are now.
+
+    A node may have moved by so much, and a point be so far outside the box that was around them.
+    """
+    drift, spare = 0.0, np.inf
+    for i in range(nodes.shape[0]):
+        square = 0.0
+        for d in range(nodes.shape[1]):
+            square += (nodes[i, d] - listed[i, d]) ** 2
+        drift, spare = max(drift, square), min(spare, reach[i] - support[i])
+    return 2.0 * math.sqrt(drift) <= spare
+
+
 def make_buckets(nodes: np.ndarray, support: np.ndarray, local: bool) -> Buckets:
     """About as many cells as nodes, or a single one that lists them all (`local` false)."""
     dimension = nodes.shape[1]
     cells = np.ones(3, dtype=np.int64)
     if local:
-        extent = np.ptp(nodes, axis=0)
-        used = extent > 0.0
-        edge = (np.prod(extent[used]) / len(nodes)) ** (1.0 / max(used.sum(), 1))
-        wanted = np.where(used, np.maximum(extent / edge if edge > 0.0 else 1.0, 1.0), 1.0)
+        whole = np.ptp(nodes, axis=0)
+        used = whole > 0.0
+        edge = (np.prod(whole[used]) / len(nodes)) ** (1.0 / max(used.sum(), 1))
+        wanted = np.where(used, np.maximum(whole / edge if edge > 0.0 else 1.0, 1.0), 1.0)
         cells[:dimension] = np.minimum(wanted, len(nodes)).astype(np.int64)
     buckets = Buckets(
         cells=cells,

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mpmbench.core.bases import Basis, BasisSettings, Promises
-from mpmbench.core.bases.clouds.search import fill_buckets, make_buckets
+from mpmbench.core.bases.clouds.search import fill_buckets, make_buckets, still_listed
 from mpmbench.core.bases.entropy.consistent import ConsistentGradients
 from mpmbench.core.bases.entropy.locality import (
     Metric,
@@ -34,6 +34,9 @@ from mpmbench.core.setting import setting
 LARGEST_ENLARGEMENT = 2.0
 ENLARGEMENT = 1.15  # at each attempt
 NO_SUPPORT = 1e-100  # radius of a node that nobody sees [m]
+SPARE = (
+    0.05  # of a support: cells list nodes so far beyond it, until nodes have moved by half of that
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,14 +116,16 @@ class EntropyBasis(Basis):
         self._scale = scale if uneven else None
         if uneven:  # radii are those of even nodes, which the metric of a point enlarges
             support = np.full(len(self.nodes), float(support.min()))
+        self._listed, self._reach = self.nodes.copy(), self._listed_reach(support)
         self.cloud = NodeCloud(
             form=form,
             nodes=self.nodes,
             square=support**2,
-            inverse_square=support**-2,
-            buckets=make_buckets(self.nodes, support * (locality == "fixed"), local),
+            inverse_square=1.0 / support**2,
+            buckets=make_buckets(self.nodes, self._reach, local),
             metric=Metric.identity(particles if locality != "fixed" else 0, dimension),
         )
+        self._longest = longest_list(self.cloud)
         self.handle = Stencils.empty(particles, 1, dimension)
         self.iterations = np.zeros(particles, dtype=np.int64)
         self.multipliers = np.zeros((particles, dimension))
@@ -205,11 +210,18 @@ class EntropyBasis(Basis):
         support = self._supports(self.nodes)
         if self._scale is not None:
             support = np.full(len(self.nodes), float(support.min()))
-        self.cloud.square[:], self.cloud.inverse_square[:] = support**2, support**-2
-        reach = support * (self.locality == "fixed")
-        buckets = fill_buckets(self.cloud.buckets, self.nodes, reach)
-        self.cloud = self.cloud._replace(buckets=buckets)
+        np.multiply(support, support, out=self.cloud.square)
+        np.divide(1.0, self.cloud.square, out=self.cloud.inverse_square)
+        if not still_listed(self.nodes, self._listed, support, self._reach):
+            self._listed[:], self._reach = self.nodes, self._listed_reach(support)
+            buckets = fill_buckets(self.cloud.buckets, self.nodes, self._reach)
+            self.cloud = self.cloud._replace(buckets=buckets)
+            self._longest = longest_list(self.cloud)
         self._hull = None
+
+    def _listed_reach(self, support: np.ndarray) -> np.ndarray:
+        """Radii within which cells list nodes [m], shape (N,): none where points measure by their deformation."""
+        return (1.0 + SPARE) * support * (self.locality == "fixed")
 
     def _measure(self, F: np.ndarray, metric: Metric, particles: Any) -> None:
         """Fill the metric of points with deformation gradients F, where nodes are spaced as around these particles."""
@@ -243,7 +255,8 @@ class EntropyBasis(Basis):
     ) -> Stencils:
         ends = [(DONE, -1, 0)] * len(threads.chunks(len(x)))
 
-        growth, most = cloud.metric.growth, longest_list(cloud)
+        growth = cloud.metric.growth
+        most = longest_list(cloud) if len(growth) else self._longest
         tracers = len(x)
         if iterations is self.iterations and self._particles is not None:
             tracers = self._particles.material.stop

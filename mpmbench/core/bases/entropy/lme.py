@@ -128,10 +128,11 @@ class LocalMaxEnt(EntropySettings):
         if self.rim == "cut":
             fill = partial(fill_points, form, radius)
             return CloudBasis(nodes, particles, radius, nodes.shape[1] + 1, fill, moving)
+        supports = radius * scale.max(axis=1)
         return EntropyBasis(
             nodes,
             particles,
-            lambda moved: radius * scale.max(axis=1),
+            lambda moved: supports,
             form,
             local=self.search == "local",
             locality=self.locality,
