@@ -10,7 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
+from matplotlib.ticker import (
+    FixedLocator,
+    FuncFormatter,
+    LogLocator,
+    MaxNLocator,
+    NullFormatter,
+    NullLocator,
+)
 
 from mpmbench.analysis.estimate import OrderEstimate, slopes_text
 from mpmbench.report import style
@@ -24,6 +31,7 @@ SQUARE = 2.8  # height of a figure without its legend [in]
 LEGEND_LINE = 0.145  # height of one line of a legend [in]
 LEGEND_WIDTH = 54  # characters
 MOST_FLOORS = 3  # errors of time integration that a legend lists one by one
+FEW_LEVELS = 3.0  # ratio of the ends of an axis below which it gets a few round numbers
 MOST_ROWS = 10  # of a legend that lists curves one by one
 TIMES = {"solver_time": "solver time [s]", "solver_cpu_time": "CPU time of the solver [s]"}
 Orders = dict[str, OrderEstimate]
@@ -118,10 +126,11 @@ def quantity_label(study: Study, quantity: str) -> str:
     is_error = quantity.startswith("error_")
     if quantity.endswith("_relative"):
         return f"relative RMS {words} error"
-    name = f"RMS {words} error" if is_error else words.removeprefix("n ")
-    norm = re.fullmatch(r"error_(.+)_l([12])_max", quantity)
-    if norm:
-        name = f"largest {norm[1].replace('_', ' ')} error in L{norm[2]}"
+    norm = "RMS " if quantity.endswith("_rms") else ""
+    name = f"{norm}{words} error" if is_error else words.removeprefix("n ")
+    largest = re.fullmatch(r"error_(.+)_l([12])_max", quantity)
+    if largest:
+        name = f"largest {largest[1].replace('_', ' ')} error in L{largest[2]}"
     return in_units(name, study.campaign.units.get(quantity, ""))
 
 
@@ -273,11 +282,14 @@ def _temporal_floor(axes: Axes, study: Study) -> list[Line2D]:
 
 
 def log_ticks(axis: Axis, span: float = 20.0) -> None:
-    """Powers of ten; 1, 2 and 5 times them where the axis spans less than the given factor."""
+    """Powers of ten; 1, 2 and 5 times them where it spans less than the factor given, a few numbers for less."""
     low, high = sorted(axis.get_view_interval())
     axis.set_minor_formatter(NullFormatter())
     if high < span * low:
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        few = (
+            high < FEW_LEVELS * low
+        )  # there 1, 2 and 5 times a power of ten may be one number or none
+        axis.set_major_locator(MaxNLocator(3) if few else LogLocator(subs=(1.0, 2.0, 5.0)))
         axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 

@@ -52,7 +52,10 @@ def _asked(study: Study) -> Iterator[str]:
         unit = f" {unit}" if unit else ""
         text = name.replace("_", " ")
         if number_text(values[low]) == number_text(values[high]):
-            all_of = "" if len(values) == 1 else f" for all {len(values)} curves"
+            number = len(values)
+            all_of = (
+                ("", " for both curves")[number - 1] if number < 3 else f" for all {number} curves"
+            )
             yield f"{_capital(text)}: {number_text(values[low])}{unit}{all_of}."
         else:
             yield (

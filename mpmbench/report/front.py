@@ -17,6 +17,7 @@ from mpmbench.report.tables import number_text
 from mpmbench.report.timing import clock_of
 from mpmbench.results.records import Campaign
 
+MOST_TURNS = 4  # that a sentence names
 USUAL = "error_displacement_rms"
 OTHERS = ("_rms", "_relative", "_alternative")  # errors of other fields
 
@@ -113,11 +114,11 @@ class Field:
             return f"No run on {self.problem} has a result."
         last = steps[-1]
         smallest = (
-            f"the smallest {self.error_name} is {f'{number_text(last[2])} {self.unit}'.strip()}, "
+            f"smallest {self.error_name} is {f'{number_text(last[2])} {self.unit}'.strip()}, "
             f"in {number_text(last[1])} s."
         )
         if self.results.combination.nunique() == 1:
-            return f"{last[0]}: {smallest}"
+            return f"{last[0]}: the {smallest}"
         turns = [i for i, step in enumerate(steps) if i == 0 or step[0] != steps[i - 1][0]]
         parts: list[str] = []
         for this, following in zip(turns, [*turns[1:], None], strict=True):
@@ -127,7 +128,10 @@ class Field:
                 else ("beyond" if parts else "at every cost")
             )
             parts.append(f"{steps[this][0]} {'is best ' if not parts else ''}{until}")
-        return f"{', '.join(parts)}; {smallest}"
+        if len(parts) > MOST_TURNS:
+            until = f"up to {number_text(steps[turns[-1]][1])} s"
+            parts[MOST_TURNS - 2 : -1] = [f"others {until}"]
+        return f"{'; '.join(parts)}. The {smallest}"
 
     @property
     def error_name(self) -> str:

@@ -11,6 +11,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from mpmbench.report import style
 from mpmbench.report.atlas import COLOURS
+from mpmbench.report.figures import in_units
 from mpmbench.report.front import Entry, Field
 from mpmbench.report.names import drawn
 from mpmbench.report.tables import Cell, Table, number_text
@@ -118,7 +119,7 @@ def table(fields: list[Field], entries: dict[str, dict[str, Entry]]) -> Table:
             rows.append([field.problem, name, *numbers, Cell(ended, file), said])
     columns = ["problem", "combination", "error", "over the best", "cost [s]", "status", "reason"]
     costs = "; ".join(
-        f"{one.problem}: {one.quantity.replace('_', ' ')} {one.unit} at {number_text(one.cost)} s"
+        f"{one.problem}: {in_units(one.error_name, one.unit)} at {number_text(one.cost)} s"
         for one in fields
         if np.isfinite(one.cost)
     )

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from mpmbench.report import coincide, figures, levels, profiles, style
 from mpmbench.report.series import order_of, studies
@@ -42,6 +43,15 @@ def test_curves_carry_method_colour_basis_marker_and_data(tmp_path, write_quicks
     )
     assert figure.axes[0].get_xscale() == figure.axes[0].get_yscale() == "log"
     assert figure.axes[0].get_ylabel() == "RMS displacement error [m]"
+
+
+def test_an_axis_of_less_than_a_decade_has_a_few_numbers():
+    for low, high in ((0.0054, 0.0089), (0.9, 2.5), (1.0, 15.0), (1e-4, 3e-1)):
+        axes = Figure().subplots()
+        axes.loglog([low, high], [low, high])
+        figures.log_ticks(axes.xaxis, span=100.0)
+        inside = [tick for tick in axes.get_xticks() if low <= tick <= high]
+        assert 2 <= len(inside) <= 4, (low, high, inside)
 
 
 def test_legend_states_fitted_orders(tmp_path, write_quickstart):

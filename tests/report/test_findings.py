@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from mpmbench.report import build, curves, quantities
+from mpmbench.report.figures import quantity_label
 from mpmbench.report.findings import findings
 from mpmbench.report.histories import Histories
 from mpmbench.report.series import studies
@@ -41,7 +42,7 @@ def test_the_page_opens_with_sentences_computed_from_the_runs(tmp_path, write_ru
     # 1e-3 / 16**2 = 3.906e-6 m and the floor; mpm is the cheapest and the best at both sizes
     assert (
         said[0]
-        == "MPM, linear is best at every cost; the smallest displacement error is 3.91e-06 m, in 0.0016 s."
+        == "MPM, linear is best at every cost. The smallest displacement error is 3.91e-06 m, in 0.0016 s."
     )
     assert "1 of 8 runs failed." in said
     assert f"GMM, linear at 16 cells broke down: {why}." in said
@@ -51,6 +52,19 @@ def test_the_page_opens_with_sentences_computed_from_the_runs(tmp_path, write_ru
         in said
     )
     assert not [sentence for sentence in said if "unified" in sentence and "coincide" in sentence]
+
+
+def test_curves_with_the_same_value_are_counted_and_only_norms_are_said_to_be_some(
+    tmp_path, write_run
+):
+    for number, method in enumerate(("mpm", "otm", "unified")):
+        scalars = NOTHING | {"final_run_out": 0.5, "error_tip": 0.1 - 0.01 * number}
+        write_run(tmp_path, method, scalars=scalars, **BARE)
+        study = study_of(tmp_path)
+        words = ("", " for both curves", " for all 3 curves")[number]
+        assert f"Final run out: 0.5{words}." in findings(study)
+    assert quantity_label(study, "error_tip") == "tip error"
+    assert quantity_label(study, "error_displacement_rms") == "RMS displacement error [m]"
 
 
 @pytest.mark.usefixtures("only_svg")
@@ -77,7 +91,7 @@ def test_of_errors_with_a_sign_the_best_is_nearest_to_zero(tmp_path, write_run):
     for method, error in (("mpm", 1e-3), ("otm", -2e-3)):
         write_run(tmp_path, method, scalars=NOTHING | {"error_end": error}, **BARE)
     assert findings(study_of(tmp_path))[0].startswith(
-        "MPM, linear is best at every cost; the smallest end error"
+        "MPM, linear is best at every cost. The smallest end error"
     )
 
 

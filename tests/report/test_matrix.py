@@ -62,7 +62,19 @@ def test_the_sentence_names_who_is_best_up_to_which_cost(campaign: Path) -> None
     field = front.fields_of(read_campaign(campaign))[0]
     assert [step[1] for step in field.front()] == [1.0, 3.0, 30.0]
     assert field.sentence() == (
-        "MPM, linear is best up to 3 s, OTM, linear beyond; the smallest displacement error is 0.001 m, in 30 s."
+        "MPM, linear is best up to 3 s; OTM, linear beyond. The smallest displacement error is 0.001 m, in 30 s."
+    )
+
+
+def test_a_sentence_names_a_few_turns(tmp_path: Path, write_run: Any) -> None:
+    order = [(n, name) for n in (8, 16, 32) for name in ("mpm", "otm")]
+    for k, (resolution, name) in enumerate(order):
+        scalars = {"error_displacement_rms": 0.5**k, "solver_time": k + 1.0}
+        write_run(tmp_path, name, "linear", resolution, scalars=scalars)
+    (field,) = front.fields_of(read_campaign(tmp_path))
+    assert field.sentence() == (
+        "MPM, linear is best up to 2 s; OTM, linear up to 3 s; others up to 6 s; OTM, linear beyond. "
+        "The smallest displacement error is 0.0312 m, in 6 s."
     )
 
 
