@@ -179,7 +179,10 @@ def test_a_sweep_names_a_damaged_file_and_computes_it_again(folder, command):
     expected = netcdf.load(file)
     changed(file, file.read_bytes().find(expected.velocity.values.tobytes()) + 50, 1)
     why = "was changed after it had been written: its digest does not fit"
-    assert re.search(rf"damaged +{file.stem} +{why}", unbroken(command("status", *sweep).out))
+    for words in (sweep, ()):
+        out = command("status", *words).out
+        assert re.search(rf"damaged +{file.stem} +{why}", unbroken(out))
+        assert max(map(len, out.splitlines())) <= 80
     assert "1 runs: 1 damaged" in command("status", *sweep).out
     outcome = command(*sweep)
     assert outcome.code == 0 and "1 to run" in outcome.out
