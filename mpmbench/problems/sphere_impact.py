@@ -112,10 +112,10 @@ class SphereImpact(Collision):
             raise NotApplicable(
                 "problem.spread=graded leaves cells of a grid without particles: take even"
             )
-        if choices.on_body and self.spread == "graded" and basis not in ("lme", "maxent", "linear"):
+        if choices.on_body and self.spread == "graded" and basis not in ("lme", "linear"):
             raise NotApplicable(
-                f"basis={basis} has supports of one size, and the nodes of sphere_impact are "
-                "graded: take basis=lme, maxent or linear"
+                f"basis={basis} has supports of one size, or round ones, and the nodes of sphere_impact are "
+                "graded along each axis by itself: take basis=lme or linear"
             )
 
     def check_particles(self, particles_per_cell: int) -> None:

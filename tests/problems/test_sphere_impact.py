@@ -159,6 +159,7 @@ def test_what_cannot_be_run_is_refused_with_a_reason() -> None:
     for method, basis, changes, reason in (
         ("mpm", "linear", {"problem__spread": "graded"}, "cells of a grid without particles"),
         ("otm", "mls", {}, "supports of one size"),
+        ("otm", "maxent", {}, "or round ones"),  # a prior of 4 spacings sees one layer of nodes
         ("linear_fem", "linear", {}, "contact=penalty"),
         ("implicit_mpm", "linear", {"contact": "penalty"}, "no contact but that of shared nodes"),
     ):
