@@ -95,8 +95,8 @@ def impact_chapter(campaigns: Campaigns) -> Chapter:
     note = (
         "Depth of the plate's point under the sphere when the sphere has 1 % of its energy left; "
         f"empty where it keeps more until the end. Estimates from cavity expansion and craters: {bands()}. "
-        "What changes is the energy of nodes that keep their masses, else of the particles, over the one at "
-        "the start, all losses in plastic strain counted. Nodes whose masses are lumped anew keep "
+        "What changes is the energy of the nodes where velocities stay on them, else of the particles, over the "
+        "one at the start, all losses in plastic strain counted. Nodes whose masses are lumped anew keep "
         "velocities that belong to others: the kinetic energy of nodes is that of the particles and the "
         "spread of nodal velocities within each support, which grows where one takes in nodes of the other body. "
         "Depths of runs that make energy are not comparable; their figures stand for the error."
