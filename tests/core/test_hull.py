@@ -98,3 +98,21 @@ def test_lists_of_cells_hold_until_nodes_have_moved_far() -> None:
         assert np.array_equal(ours.matrix(49), theirs.matrix(49))
         assert np.array_equal(ours.size, theirs.size)
     assert kept == [True, True, True, False, True]
+
+
+def test_points_on_the_hull_start_where_they_ended() -> None:
+    """With fewer steps and the same functions; also when they have left it, or come onto it."""
+    nodes = Box((0.0, 0.0), (4.0, 4.0), (4, 4)).nodes()
+    x = np.array([[0.0, 0.3], [2.6, 4.0], [0.0, 0.0], [1.3, 0.7], [3.9, 2.2]])
+    basis = LocalMaxEnt().build(Cloud(nodes, spacing=1.0), len(x), True)
+    steps = []
+    for shift in (0.0, 1e-4, 0.0, 0.3, 0.0):
+        places = x + shift * np.sign(2.0 - x)
+        basis.locate(places)
+        steps.append(basis.iterations.copy())
+        fresh = basis.evaluate(places)
+        assert np.allclose(basis.handle.matrix(25), fresh.matrix(25), atol=1e-11)
+        inner = basis.handle.gradient_matrix(25)[3:] - fresh.gradient_matrix(25)[3:]
+        assert np.abs(inner).max() < 1e-10
+    basis.locate(x)
+    assert (basis.iterations[:3] < 0.7 * steps[0][:3]).all() and (steps[0][:3] > 10).all()

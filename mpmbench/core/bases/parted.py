@@ -13,7 +13,7 @@ from mpmbench.core.compiled import lean
 from mpmbench.core.geometry import Geometry, search_tree
 from mpmbench.core.particles import Particles
 
-FOLLOWED = ("X", "x", "F", "V")  # what a basis may read of its particles
+FOLLOWED = ("x", "F", "V")  # what a basis may read of its particles, besides X, and that changes
 
 
 @lean

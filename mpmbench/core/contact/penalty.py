@@ -21,15 +21,14 @@ force exceeds mu times the normal one.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Any, ClassVar
 
 import numpy as np
 
 from mpmbench.core.bases.clouds.search import cell_of, fill_buckets, make_buckets
 from mpmbench.core.bases.handle import count, index, locate, scratch, value
-from mpmbench.core.bodies import Part, boxes_meet
-from mpmbench.core.compiled import lean, vector
+from mpmbench.core.bodies import Part
+from mpmbench.core.compiled import compiled, lean, vector
 from mpmbench.core.contact import Contact, ContactRule
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry.surface import facet_normals
@@ -136,7 +135,7 @@ class SurfaceContact(Contact):
     def find(self, s: State, dt: float) -> bool:
         """Forces on the points where they are, after a step of the size dt [s]; whether there may be any."""
         self.force[:], self.energy[0] = 0.0, 0.0
-        if not self.may_touch(s.bodies.count):
+        if not boxes_touch(self.x, self.surface.body, s.bodies.count):
             self.stuck[:] = 0.0
             return False
         middle, reach = self._facets()
@@ -159,16 +158,30 @@ class SurfaceContact(Contact):
         )
         return True
 
-    def may_touch(self, bodies: int) -> bool:
-        """Whether the boxes of any two bodies meet."""
-        own = [self.x[self.surface.body == b] for b in range(bodies)]
-        return any(boxes_meet(one, other) for one, other in combinations(own, 2))
-
 
 def lame_of(material: Any) -> tuple[float, float]:
     """Lame parameters of a material [Pa]."""
     first, second = material.lame_parameters()
     return float(first), float(second)
+
+
+@compiled
+def boxes_touch(x, body, bodies):
+    """Whether the boxes around the points of any two bodies meet."""
+    dim = x.shape[1]
+    lower, upper = np.full((bodies, dim), np.inf), np.full((bodies, dim), -np.inf)
+    for p in range(x.shape[0]):
+        b = body[p]
+        for d in range(dim):
+            lower[b, d], upper[b, d] = min(lower[b, d], x[p, d]), max(upper[b, d], x[p, d])
+    for a in range(bodies):
+        for b in range(a):
+            meet = True
+            for d in range(dim):
+                meet = meet and lower[a, d] <= upper[b, d] and lower[b, d] <= upper[a, d]
+            if meet:
+                return True
+    return False
 
 
 @lean

@@ -8,7 +8,7 @@ import pytest
 
 from mpmbench import case
 from mpmbench.core.bodies import Part, gather, surface_points
-from mpmbench.core.contact.penalty import Penalty, SurfaceContact
+from mpmbench.core.contact.penalty import Penalty, SurfaceContact, boxes_touch
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box, Cloud
 from mpmbench.core.geometry.triangulate import extruded, unit_square
@@ -62,6 +62,18 @@ def test_forces_are_the_gradient_of_the_energy(dimension: int) -> None:
     arm = s.particles.x[row]
     torque = np.einsum("pa,pb->ab", arm, force)
     assert np.allclose(torque, torque.T, atol=1e-13)
+
+
+def test_boxes_of_any_two_bodies_may_touch() -> None:
+    x = np.array([[0.0, 0.0], [1.0, 1.0], [2.0, 0.0], [3.0, 1.0], [2.5, 1.5], [4.0, 2.0]])
+    body = np.array([0, 0, 1, 1, 2, 2])
+    assert not boxes_touch(x, body, 3)
+    for d in range(2):
+        there = x.copy()
+        there[4, d] = 0.9
+        assert boxes_touch(there, body, 3) == (d == 1)  # along one axis alone is not enough
+    there[4:] = [[0.5, -1.0], [0.6, 0.0]]
+    assert boxes_touch(there, body, 3)  # they just meet, the last and the first
 
 
 def test_friction_sticks_and_slides() -> None:

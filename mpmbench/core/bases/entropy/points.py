@@ -35,10 +35,11 @@ def surroundings(cloud, x, row, work, pull):
 def evaluate_range(cloud, work, x, first, last, stored, iterations, starts):
     """Store the functions of points ``first <= p < last``; any split gives the same bits.
 
-    Newton's method starts at the multipliers `starts`, shape (n, dim), and leaves its own there,
-    zero for points on the hull. Returns what became of the first point that failed, its number and
-    that of nodes around it. Where the stored rows are too narrow, this is the largest number of
-    nodes at one of the points from there on.
+    Newton's method starts at the multipliers `starts`, shape (n, dim), and leaves its own there, for
+    points on the hull those of the point a little inside; where it fails, it starts again at zero.
+    Returns what became of the first point that failed, its number and that of nodes around it. Where
+    the stored rows are too narrow, this is the largest number of nodes at one of the points from
+    there on.
 
     On a face of the hull only the nodes of that face have non-zero functions, and lambda is
     infinite. The values there are within the tolerance; the gradient exists only as a limit, taken
@@ -46,11 +47,14 @@ def evaluate_range(cloud, work, x, first, last, stored, iterations, starts):
     """
     form, axes = cloud.form, cloud.form.axes
     point, multiplier, step, pull = vector(axes), vector(axes), vector(axes), matrix(axes, axes)
+    begin = vector(axes)
     narrow, most, width = -1, 0, stored.index.shape[1]
     work.box[0, 0] = -1
     for p in range(first, last):
+        far = False  # from zero, where this point begins
         for d in range(len(axes)):
-            point[d], multiplier[d] = x[p, d], starts[p, d]
+            point[d], begin[d] = x[p, d], starts[p, d]
+            far = far or begin[d] != 0.0
             starts[p, d] = 0.0
         on_face, held, iterations[p] = False, 0, 0
         while True:
@@ -60,12 +64,14 @@ def evaluate_range(cloud, work, x, first, last, stored, iterations, starts):
                 break
             if found == 0:
                 return (FLAT if on_face else OUTSIDE), p, held
+            for d in range(len(axes)):
+                multiplier[d] = begin[d]
             status, steps, on_hull = newton(form, found, reach, LAST_MOVE, work, multiplier, step)
             if not on_face:
                 iterations[p] = steps
             if status == DONE and on_hull and not on_face:
                 on_face, held = True, found
-                hold_limit(cloud.nodes, axes, found, form.tolerance, point, multiplier, work)
+                hold_limit(cloud.nodes, axes, found, form.tolerance, point, work)
                 continue
             if status == DONE and not on_hull:
                 residual, _ = finish(axes, found, work, step, 0.0, pull, p, stored)
@@ -73,14 +79,18 @@ def evaluate_range(cloud, work, x, first, last, stored, iterations, starts):
                     status = STALLED
             if on_face and (status != DONE or on_hull):
                 status = FLAT
+            if status != DONE and far:
+                far, on_face = False, False
+                for d in range(len(axes)):
+                    point[d], begin[d] = x[p, d], 0.0
+                continue
             if status != DONE:
                 return status, p, max(found, held)
             stored.size[p] = found
             if on_face:
                 put_limit(found, held, p, work, stored)
-            else:
-                for d in range(len(axes)):
-                    starts[p, d] = multiplier[d] + step[d]
+            for d in range(len(axes)):
+                starts[p, d] = multiplier[d] + step[d]
             break
     if narrow >= 0:
         return TOO_NARROW, narrow, most
@@ -88,7 +98,7 @@ def evaluate_range(cloud, work, x, first, last, stored, iterations, starts):
 
 
 @lean
-def hold_limit(nodes, axes, found, tolerance, point, multiplier, work):
+def hold_limit(nodes, axes, found, tolerance, point, work):
     """Hold the values on the hull, and move the point a little towards the middle of its nodes."""
     most = total = 0.0
     for k in range(found):
@@ -104,7 +114,6 @@ def hold_limit(nodes, axes, found, tolerance, point, multiplier, work):
         for k in range(found):
             inwards += INWARDS / found * (nodes[work.held[k], d] - point[d])
         point[d] += inwards
-        multiplier[d] = 0.0
 
 
 @lean
