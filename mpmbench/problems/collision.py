@@ -89,6 +89,16 @@ class Collision(Problem):
         met = np.flatnonzero(change > NOTICED * np.linalg.norm(momentum[0], axis=1).max())
         text = "instant at which a thousandth of the largest momentum has changed its body"
         out["first_contact"] = (float(series["time"][met[0]]) if len(met) else np.nan, "s", text)
+        left = np.linalg.norm(momentum - momentum[-1], axis=2).max(axis=1)
+        busy = np.flatnonzero(left > NOTICED * np.linalg.norm(momentum[0], axis=1).max())
+        text = (
+            "instant after which no more than a thousandth of the largest momentum changes its body"
+        )
+        out["last_contact"] = (
+            float(series["time"][busy[-1] + 1]) if len(busy) else np.nan,
+            "s",
+            text,
+        )
         if len(mass) == 2:
             pressed, *along = np.abs(momentum[-1, 1] - momentum[0, 1]).tolist()
             rubbed = float(np.linalg.norm(along)) / pressed if pressed > 0.0 else np.nan

@@ -6,6 +6,7 @@ import pytest
 from mpmbench import case
 from mpmbench.core.bases.clouds.search import nearest_distances
 from mpmbench.core.bodies import Part, inertia
+from mpmbench.core.simulation import Solution
 from mpmbench.problems.collision import locked_energy, pulled_back
 from tests.core.support import compose, run
 
@@ -78,3 +79,18 @@ def test_what_is_locked_and_pulled_back() -> None:
     assert pulled_back(velocity) == pytest.approx(0.3)
     velocity[3] = velocity[2]
     assert pulled_back(velocity) == 0.0
+
+
+def test_contact_lasts_from_the_first_change_of_momentum_to_the_last() -> None:
+    problem = case.read(compose("two_squares", "mpm", "linear")).problem
+    time, momentum = np.arange(6.0), np.zeros((6, 2, 2))
+    momentum[:, 0, 0] = [1.0, 1.0, 0.7, 0.2, 0.0, 0.0]
+    momentum[:, 1, 0] = 1.0 - momentum[:, 0, 0]
+    still = np.ones(6)
+    history = {"time": time, "body_momentum": momentum, "captured_now": np.zeros(6, dtype=int)}
+    history |= dict.fromkeys(("kinetic_energy", "strain_energy"), still)
+    history["body_vibration_energy"] = np.zeros((6, 2))
+    told = Solution(history={name: list(one) for name, one in history.items()})
+    told.body_masses = [1.0, 1.0]
+    found = problem.quantities(told, None)
+    assert found["first_contact"][0] == 2.0 and found["last_contact"][0] == 4.0

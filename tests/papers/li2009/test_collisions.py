@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mpmbench.papers import read_campaigns
-from mpmbench.papers.li2009 import collisions, films, impact
+from mpmbench.papers.li2009 import collisions, films, impact, round_bodies
 from mpmbench.papers.li2009.collisions import CHECKS, RULES, SIX
 from mpmbench.report.evidence import MissingRuns
 
@@ -63,6 +63,28 @@ def test_six_cubes_are_drawn(campaigns: Any, monkeypatch: pytest.MonkeyPatch) ->
     total = energy.content.axes[0].lines[3].get_ydata()
     assert total[-1] == pytest.approx(3e-3)
     assert [cell.value for cell in page.tables[0].rows[0][1:]] == [0.25] * len(SIX)
+
+
+def test_disks_and_rings_stand_beside_the_reference(tmp_path: Path, write_run: Any) -> None:
+    (tmp_path / "round_bodies").mkdir()
+    for problem, value in (("colliding_disks", 0.5), ("elastic_rings", 0.25)):
+        write_run(
+            tmp_path / "round_bodies",
+            problem=problem,
+            method="otm",
+            basis="lme",
+            dimension=2,
+            scalars=dict.fromkeys(round_bodies.SHOWN, value),
+            settings={"contact": {"name": "penalty"}},
+        )
+    disks, rings = round_bodies.round_chapter(read_campaigns(tmp_path)).tables
+    names = list(round_bodies.METHODS)
+    assert [row[0].value for row in disks.rows] == ["reference", *names]
+    assert [row[0].value for row in rings.rows] == names
+    for table, value in ((disks, 0.5), (rings, 0.25)):
+        found = {row[0].value: [cell.value for cell in row[1:]] for row in table.rows}
+        assert found["OTM, penalty"] == [value] * len(round_bodies.SHOWN)
+        assert not any(found["OTM, shared"])
 
 
 def test_each_impact_has_a_film(monkeypatch: pytest.MonkeyPatch) -> None:
