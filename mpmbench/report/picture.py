@@ -26,6 +26,7 @@ from mpmbench.report.fields import Field, exact_position, field_of
 from mpmbench.report.names import drawn
 
 COLOURS = 128  # in the palette of an animated GIF
+ALMOST_WHITE = 240  # of 255: colours of the palette that become white, which stays white
 REST = 1500  # [ms] that its last picture stays
 DPI = 150
 TILE, MOST_BESIDE = 480, 4  # of a contact sheet: width [pixels], and how many stand side by side
@@ -299,6 +300,11 @@ def film(dataset: xr.Dataset, name: str | None = None, view: View | None = None)
 def gif(pictures: list[Any], seconds: float) -> bytes:
     """An animated GIF that lasts so long, and then rests."""
     palette = pictures[-1].quantize(COLOURS)
+    colours = np.reshape(palette.getpalette(), (-1, 3))
+    colours[(colours > ALMOST_WHITE).all(axis=1)] = (
+        255  # the nearest colour is only about the nearest
+    )
+    palette.putpalette(colours.ravel().tolist())
     frames = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in pictures]
     pace = max(20, round(1000.0 * seconds / max(len(frames) - 1, 1)))  # [ms]
     file = io.BytesIO()

@@ -112,6 +112,9 @@ def test_pictures_and_films_in_every_dimension(dim):
     assert pictures[0].tobytes() != pictures[-1].tobytes()
     film = Image.open(io.BytesIO(picture.gif(pictures, 2.0)))
     assert (film.format, film.n_frames, film.info["duration"]) == ("GIF", 3, 1000)
+    for k in range(film.n_frames):
+        film.seek(k)
+        assert film.convert("RGB").getpixel((0, 0)) == (255, 255, 255)
 
 
 def test_a_window_holds_all_particles_that_are_somewhere():
