@@ -53,6 +53,7 @@ PAPER = Paper(
         collisions.rules_chapter,
         collisions.slip_chapter,
         collisions.cubes_chapter,
+        collisions.open_cubes_chapter,
         round_bodies.round_chapter,
         impact.impact_chapter,
         impact.cells_chapter,

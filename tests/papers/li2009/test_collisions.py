@@ -65,6 +65,26 @@ def test_six_cubes_are_drawn(campaigns: Any, monkeypatch: pytest.MonkeyPatch) ->
     assert [cell.value for cell in page.tables[0].rows[0][1:]] == [0.25] * len(SIX)
 
 
+def test_choices_about_six_cubes_stand_one_by_one(tmp_path: Path, write_run: Any) -> None:
+    (tmp_path / "cubes_open").mkdir()
+    for gamma, mass, value in ((1.8, "lumped", 0.5), (0.9, "lumped", 0.25), (1.8, "kept", 0.125)):
+        write_run(
+            tmp_path / "cubes_open",
+            problem="six_cubes",
+            method="otm",
+            basis="lme",
+            dimension=2,
+            time_step=5e-5,
+            mass=mass,
+            scalars=dict.fromkeys(("energy_drift", *SIX), value),
+            settings={"basis": {"gamma": gamma}, "method": {"transfer": "nodal"}},
+        )
+    (table,) = collisions.open_cubes_chapter(read_campaigns(tmp_path)).tables
+    found = [[cell.value for cell in row[1:]] for row in table.rows]
+    assert [row[0] for row in found[:2]] == [0.5, 0.25] and found[3] == [0.125] * 7
+    assert not any(found[2]) and not any(found[4]) and not any(found[5])
+
+
 def test_disks_and_rings_stand_beside_the_reference(tmp_path: Path, write_run: Any) -> None:
     (tmp_path / "round_bodies").mkdir()
     for problem, value in (("colliding_disks", 0.5), ("elastic_rings", 0.25)):
