@@ -11,6 +11,7 @@ from mpmbench.report.evidence import MissingRuns
 from mpmbench.report.picture import View, film, gif
 
 SECONDS = 4.0  # that each lasts
+WIDTH = 480  # [pixels], so that 31 pictures stay well below 2 MB
 FROM_THE_AXIS = View(up=0, azimuth=225.0)  # of a quarter between planes of symmetry
 LABELS = {
     "von_mises": {"units": "Pa", "long_name": "von Mises stress"},
@@ -86,7 +87,9 @@ def films_chapter(campaigns: Campaigns) -> Chapter:
             lacking.append(impact.title)
             continue
         pictures = film(particles_of(found, impact), impact.colours, impact.view)
-        page.animate(name, impact.title, impact.caption, gif(pictures, SECONDS))
+        size = (WIDTH, round(WIDTH * pictures[0].height / pictures[0].width))
+        small = [one.resize(size) for one in pictures]
+        page.animate(name, impact.title, impact.caption, gif(small, SECONDS))
     if not page.animations:
         raise MissingRuns("films: no run has finished")
     if lacking:
