@@ -183,14 +183,15 @@ def show_configuration(pairs: list[str]) -> int:
 
 def run(flags: list[str], pairs: list[str], started: float) -> int:
     """One run or a sweep, or what Hydra says of them."""
-    from mpmbench.runs.hydra import compose
-
     if {flag.partition("=")[0] for flag in flags} & SHOW_ONLY:
-        compose.show(flags, pairs)
+        from mpmbench.runs.hydra.compose import show
+
+        show(flags, pairs)
         return 0
     from mpmbench.runs.process import isolation
 
-    isolation.processes.warm_up()  # loads its libraries while we compose the configuration
+    isolation.processes.warm_up()  # loads its libraries while we load ours and compose
+    from mpmbench.runs.hydra import compose
     from mpmbench.runs.sweep import session
 
     if compose.wants_many(flags, pairs):

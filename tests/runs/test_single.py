@@ -137,6 +137,8 @@ def test_the_process_that_runs_are_forked_from_loads_what_they_need_and_no_more(
     code = (
         "import sys; from mpmbench.runs.process import worker; from mpmbench.core import registry;"
         "[registry.get('basis', name) for name in ('linear', 'bspline')];"
+        "import numpy as np; from mpmbench.core.energies import kinetic_energy;"
+        "assert kinetic_energy(np.ones(1), np.ones((1, 1))) == 0.5;"
         "unwanted = ('xarray', 'pandas', 'matplotlib', 'scipy.sparse', 'scipy.spatial', 'scipy.linalg');"
         "loaded = set(unwanted) & set(sys.modules); assert not loaded, loaded"
     )

@@ -4,6 +4,8 @@ The number of dimensions reaches a kernel as the length of a tuple, which numba 
 compiles: loops over it unroll, and one text serves 1D, 2D and 3D.
 """
 
+import importlib
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -13,6 +15,13 @@ from numba.core import cgutils
 from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic, overload
 from numba.np.arrayobj import make_array, populate_array
+
+# With its first kernel numba looks for BLAS, which no kernel of ours calls, and so loads a tenth of a
+# second of scipy in every run. Without it kernels lack `np.cov`, and nothing else.
+_hidden = sys.modules.setdefault("scipy.linalg", None)  # type: ignore[arg-type]
+importlib.import_module("numba.np.arraymath")
+if _hidden is None:
+    del sys.modules["scipy.linalg"]
 
 # "contract" permits fused multiply-add; nothing that reorders sums, so that a result does not
 # depend on unrolling.
