@@ -53,7 +53,7 @@ BAD = [  # arguments, what the sentence must contain
     ("method=null", "there is no method null"),
     ("method={}", "a name is needed"),
     ("method.name=otm", "choose with method="),
-    ("method.mass=lumpd", "method.mass = lumpd: one of lumped, consistent"),
+    ("method.mass=lumpd", "method.mass = lumpd: one of lumped, kept, consistent"),
     ("on_error=stopp", "did you mean stop"),
     ("campaign=../elsewhere", "campaign = ../elsewhere"),
     ("output_dir=${nowhere}", "nowhere"),
