@@ -1,6 +1,7 @@
-"""Bits of sixty short runs, kept to see whether a change of the code changes results.
+"""Bits of some seventy short runs, kept to see whether a change of the code changes results.
 
-``python -m benchmarks reference --store`` writes them, ``--check`` computes them again and compares.
+``python -m benchmarks reference --store`` writes them, ``--check`` computes them again and compares; with
+``--only`` both take the runs that have a text in their name.
 """
 
 import argparse
@@ -39,6 +40,8 @@ SMALL = {
     " method.residual_tolerance=1e-12",  # or what is left depends on the processor
     "patch_test": "resolution=4",
     "lme_shape_functions": "problem.samples_per_axis=9",
+    "taylor_anvil": "resolution=2 end_time=4e-6",
+    "colliding_disks": "resolution=12 time_step=5e-2 end_time=2.5",
 }
 # One run a line, named by it: problem, then overrides.
 RUNS = """
@@ -102,6 +105,15 @@ patch_test method=fem basis=linear
 patch_test method=gmm basis=lme
 lme_shape_functions basis=lme basis.locality=convected problem.metric_stretch=2
 lme_shape_functions basis=maxent basis.tolerance=1e-5
+taylor_anvil method=mpm basis=bspline
+taylor_anvil method=mpm basis=bspline material=johnson_cook problem.friction=0.2 method.transfer=apic
+taylor_anvil method=mpm basis=linear method.stress_update=musl material=thermo_viscoplastic
+taylor_anvil method=mpm basis=bspline method.stress_update=usf method.transfer=fmpm
+taylor_anvil method=otm basis=lme
+taylor_anvil method=tlmpm basis=bspline problem.friction=0.5
+colliding_disks method=mpm basis=linear contact=shared
+colliding_disks method=mpm basis=linear contact=multi_field
+colliding_disks method=mpm basis=bspline contact=penalty
 """.strip().splitlines()
 STEPS = 50  # at most; implicit runs and adaptive steps reach their end_time earlier
 FIELDS = ("x", "v", "F", "sigma", "V", "state")
@@ -162,16 +174,29 @@ def kept(field: np.ndarray) -> np.ndarray:
     return np.vstack([rows[:: -(-len(rows) // ROWS) or 1], (weights * rows).sum(axis=0)])
 
 
-def store() -> int:
-    """Write both files."""
+def store(only: str) -> int:
+    """Write both files; runs without this text in their name are kept as they were."""
     values, records = {}, []
-    for run, (fields, record) in zip(RUNS, compute(RUNS), strict=True):
-        values |= {f"{len(records)} {name}": kept(field) for name, field in fields.items()}
-        records.append({"name": run, "overrides": overrides_of(run)} | record)
+    chosen = [run for run in RUNS if only in run]
+    found = dict(zip(chosen, compute(chosen), strict=True))
+    old_values = np.load(VALUES) if only else {}
+    old = json.loads(DIGESTS.read_text())["runs"] if only else []
+    place = {record["name"]: k for k, record in enumerate(old)}
+    for run in RUNS:
+        here = f"{len(records)} "
+        if run in found:
+            fields, record = found[run]
+            values |= {here + name: kept(field) for name, field in fields.items()}
+            records.append({"name": run, "overrides": overrides_of(run)} | record)
+        elif run in place:
+            there = f"{place[run]} "
+            names = [key for key in old_values if key.startswith(there)]
+            values |= {here + key.removeprefix(there): old_values[key] for key in names}
+            records.append(old[place[run]])
     np.savez_compressed(VALUES, **values)  # type: ignore[arg-type]
     head = {"processor": processor(), "numpy": np.__version__, "numba": numba.__version__}
     DIGESTS.write_text(json.dumps(head | {"runs": records}, indent=1) + "\n")
-    print(f"{len(records)} runs stored")
+    print(f"{len(found)} of {len(records)} runs stored")
     return 0
 
 
@@ -247,11 +272,11 @@ def check(only: str) -> int:
 
 
 def main(arguments: list[str]) -> int:
-    """``reference --store`` or ``reference --check [--only SUBSTRING]``."""
+    """``reference --store`` or ``reference --check``, each with ``[--only SUBSTRING]``."""
     parser = argparse.ArgumentParser(prog=f"python -m {__package__} reference")
     action = parser.add_mutually_exclusive_group(required=True)
     action.add_argument("--store", action="store_true", help="compute and keep all runs")
     action.add_argument("--check", action="store_true", help="compute again and compare")
     parser.add_argument("--only", default="", help="runs with this text in their name")
     options = parser.parse_args(arguments)
-    return store() if options.store else check(options.only)
+    return store(options.only) if options.store else check(options.only)
