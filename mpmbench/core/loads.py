@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mpmbench.core.bases.handle import Stencils
+from mpmbench.core.nodes import hold_fixed, over
 from mpmbench.core.particles import Particles
 from mpmbench.core.transfer.sums import p2g_momentum
 from mpmbench.core.walls import Wall
@@ -90,7 +91,8 @@ def external_force(s: "State", phi: Any, time: float, force: np.ndarray) -> np.n
 def add_loads(s: "State", phi: Any, time: float, force: np.ndarray) -> None:
     """Add the dead load of the nodes and ``sum phi_i(x) t`` at `time` [s] to `force` [N], shape (N, dim)."""
     p = s.particles
-    force += s.dead_load
+    if np.ndim(s.dead_load):
+        force += s.dead_load
     if s.loads.traction is not None:
         loaded = s.traction_particle
         stored, rows = phi, loaded
@@ -102,12 +104,12 @@ def add_loads(s: "State", phi: Any, time: float, force: np.ndarray) -> None:
 
 
 def constrain(s: "State", dt: float) -> None:
-    """Write the mean velocity of the step to the fixed components, so that positions are exact."""
-    if s.loads.prescribed_motion is None:  # by far the most frequent case
-        np.copyto(s.nodes.v, 0.0, where=s.fixed)
-    else:
+    """Write the mean velocity of the step, so that positions are exact, and acceleration to the fixed components."""
+    n, at_rest = s.nodes, s.loads.prescribed_motion is None
+    if not at_rest:
         change = s.loads.increment(s.initial_nodes, s.time, dt)
-        s.nodes.v[s.fixed] = change[s.fixed] / dt
+        n.v[s.fixed] = change[s.fixed] / dt
+    over(hold_fixed, n.seen, s.fixed, at_rest, dt, n.v_old, n.v, n.a)
 
 
 def reaction_work(s: "State", dt: float) -> float:

@@ -33,8 +33,9 @@ from mpmbench.core.loops.explicit import update_particles
 from mpmbench.core.materials import Material
 from mpmbench.core.matrix.mass import KeptMass, Mass, make_mass
 from mpmbench.core.moved import complete
+from mpmbench.core.nodes import Nodes
 from mpmbench.core.particles import Particles, particle_data
-from mpmbench.core.state import Nodes, State
+from mpmbench.core.state import State
 from mpmbench.core.transfer import find_transfer
 from mpmbench.core.transfer.sums import p2g_mass
 

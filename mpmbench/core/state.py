@@ -13,17 +13,11 @@ from mpmbench.core.geometry import Geometry
 from mpmbench.core.loads import Loads
 from mpmbench.core.materials import Material
 from mpmbench.core.matrix.mass import KeptMass, Mass
+from mpmbench.core.nodes import Nodes
 from mpmbench.core.particles import Particles
 from mpmbench.core.transfer import Transfer, find_transfer
 from mpmbench.core.transfer.sums import NodalSums
 from mpmbench.core.walls import Walls
-
-
-class NodeArrays(NamedTuple):
-    """Velocities and accelerations of `Nodes`, as compiled loops take them."""
-
-    v: np.ndarray
-    a: np.ndarray
 
 
 class Carriers(NamedTuple):
@@ -33,49 +27,6 @@ class Carriers(NamedTuple):
     x: np.ndarray
     v: np.ndarray
     a: np.ndarray
-
-
-@dataclass
-class Nodes:
-    """Nodal sums and fields; shapes (N,) and (N, dim).
-
-    Attributes
-    ----------
-    m : ndarray
-        Lumped masses [kg].
-    q : ndarray
-        Momentum [kg m/s].
-    f_internal, f_external, f : ndarray
-        Forces [N], and their sum.
-    a, v, v_old : ndarray
-        Accelerations [m/s^2], new velocities and those before the step [m/s].
-    v_last : ndarray
-        Velocities with which nodes strained the particles last [m/s]; `v_old` with what transfers
-        did since is another one.
-    new : ndarray
-        Nodes that no particle saw then, shape (N, 1) of bool.
-    """
-
-    m: np.ndarray
-    q: np.ndarray
-    f_internal: np.ndarray
-    f_external: np.ndarray
-    f: np.ndarray
-    a: np.ndarray
-    v: np.ndarray
-    v_old: np.ndarray
-    v_last: np.ndarray
-    new: np.ndarray
-
-    @property
-    def arrays(self) -> NodeArrays:
-        """What particles take from the nodes."""
-        return NodeArrays(self.v, self.a)
-
-    @classmethod
-    def zeros(cls, nodes: int, dimension: int) -> "Nodes":
-        fields = [np.zeros((nodes, dimension)) for _ in range(8)]
-        return cls(np.zeros(nodes), *fields, new=np.ones((nodes, 1), dtype=np.bool_))  # type: ignore[misc]
 
 
 @dataclass
@@ -181,6 +132,7 @@ class State:
         self.axes = (0.0,) * p.dimension
         self.initial_nodes = self.basis.nodes.copy()
         self.transfer = find_transfer(self.choices.transfer)
+        self.nodes.keep_velocities = self.transfer.velocity_on_nodes
         body_force = self.loads.body_force is not None
         most = max(len(p.x), self.basis.stand_ins)
         self.sums = NodalSums(len(self.fixed), most, p.dimension, body_force)

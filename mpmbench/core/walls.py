@@ -17,8 +17,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mpmbench.core.compiled import lean
 from mpmbench.core.errors import NotConverged
+from mpmbench.core.matrix.light import is_free
 from mpmbench.core.matrix.mass import LumpedMass
+from mpmbench.core.nodes import add_multiple_of, copy, over
 from mpmbench.core.particles import SEEN
 
 if TYPE_CHECKING:
@@ -72,6 +75,8 @@ class Walls:
         self.moved = np.zeros((nodes, dimension))
         self.duration = 1.0  # of the step in which an implicit loop has found these impulses [s]
         self.last = np.zeros((len(walls), nodes), dtype=bool)
+        self._touched, self._gap = np.zeros_like(self.last), np.zeros((len(walls), nodes))
+        self._free = np.zeros((nodes, dimension))
         self.eigenvalue = 1.0
 
     @property
@@ -106,30 +111,55 @@ class Walls:
         NotConverged
             When the impulses are not found.
         """
-        n = s.nodes
+        n, impulse = s.nodes, self.nodal_impulse
         if not len(self.normal):
             return 0.0
-        may = (n.m > 2.0 * SEEN) & ~s.mass.light_nodes.light & ~s.fixed.all(axis=1)
-        gap = self.gap(s.basis.nodes)
-        touched = may & (self.nodal_impulse.any(axis=2) | (gap + dt * self.normal @ n.v.T < 0.0))
-        free, impulse = n.v.copy(), self.nodal_impulse
-        self.nodal_impulse = np.zeros_like(impulse)
-        while touched.any():
-            wall, node = np.nonzero(touched)
+        self.nodal_impulse = np.zeros(impulse.shape)
+        self._touched[:] = False
+        places = self.normal, self.offset, s.basis.nodes, self.moved
+        marks = s.mass.light_nodes.light, s.fixed, impulse, self._gap, self._touched
+        over(copy, n.seen, n.v, self._free)
+        while meet(n.seen, *places, n.m, n.v, dt, *marks):
+            wall, node = np.nonzero(self._touched)
             contacts = Contacts(
-                node, self.normal[wall], self.friction[wall], gap[touched] / dt, n.m[node]
+                node, self.normal[wall], self.friction[wall], self._gap[wall, node] / dt, n.m[node]
             )
-            if not isinstance(s.mass, LumpedMass) and not np.array_equal(touched, self.last):
-                self.eigenvalue, self.last = MARGIN * contacts.largest_eigenvalue(s), touched
-            self.nodal_impulse[touched] = contacts.find(s, free, impulse[touched], self.eigenvalue)
-            correction = contacts.answer(s, self.nodal_impulse[touched])
-            np.add(free, correction, out=n.v)
-            pushed = may & (gap + dt * self.normal @ n.v.T < 0.0) & ~touched
-            if not pushed.any():
-                n.a += correction / dt
-                break
-            touched, impulse = touched | pushed, self.nodal_impulse.copy()
-        return 0.5 * float(np.sum(self.nodal_impulse * (n.v_last + n.v)))
+            if not isinstance(s.mass, LumpedMass) and not np.array_equal(self._touched, self.last):
+                self.eigenvalue = MARGIN * contacts.largest_eigenvalue(s)
+                self.last[:] = self._touched
+            found = contacts.find(s, self._free, impulse[wall, node], self.eigenvalue)
+            self.nodal_impulse[wall, node] = found
+            impulse = self.nodal_impulse
+            correction = contacts.answer(s, found)
+            over(add_multiple_of, n.seen, self._free, 1.0, correction, n.v)
+        if not self._touched.any():
+            return 0.0
+        over(add_multiple_of, n.seen, n.a, 1.0 / dt, correction, n.a)
+        return 0.5 * float(np.sum(found * (n.v_last[node] + n.v[node])))
+
+
+@lean
+def meet(seen, normal, offset, nodes, moved, m, v, dt, light, fixed, impulse, gap, touched):
+    """Mark contacts, shape (W, N), of nodes that come through a wall in the step, or had an impulse of it.
+
+    Writes the distances of nodes at `nodes` [m], shape (N, dim), from the walls, as `Walls.gap` says.
+    Returns whether there are new ones.
+    """
+    some = False
+    for n in range(seen.shape[0]):
+        i = seen[n]
+        if not m[i] > 2.0 * SEEN or light[i] or not is_free(fixed, i):
+            continue
+        for w in range(normal.shape[0]):
+            distance, approach, had = -offset[w], 0.0, False
+            for d in range(normal.shape[1]):
+                distance += normal[w, d] * (nodes[i, d] + moved[i, d])
+                approach += normal[w, d] * v[i, d]
+                had = had or impulse[w, i, d] != 0.0
+            gap[w, i] = max(distance, 0.0)
+            if not touched[w, i] and (had or gap[w, i] + dt * approach < 0.0):
+                touched[w, i] = some = True
+    return some
 
 
 @dataclass

@@ -34,7 +34,7 @@ from mpmbench.core.compiled import (
     vector,
 )
 from mpmbench.core.compiled.algebra import divide_by
-from mpmbench.core.compiled.rows import LANES, add_multiple, fill_row
+from mpmbench.core.compiled.rows import LANES, add_multiple, fill_row, set_multiple
 
 # Of the largest (x_i - x)^2: directions in which D is less have no affine part that nodes could see.
 FLAT = 1e-10
@@ -89,15 +89,15 @@ def locate_batch(phi, x, first, most, at, work):
 
 
 @answers_by_default
-def spread(phi, at, start, n, work, values, lanes, columns, sums, touched):
+def spread(phi, at, start, n, work, values, lanes, columns, sums, marks):
     """Add what n points of a batch from `start` on, all `at` one place, give to the rows of `sums`, shape (N, lanes).
 
     For ``c < dim``, ``sums[i, c] += sum_e columns[c dim + e, b] d phi_i / d x_e``; for all ``c <
-    len(values)``, ``sums[i, dim + c] += columns[dim^2 + c, b] phi_i``. The last number of a row is
-    set to one, and `touched` widened to the range of all such rows.
+    len(values)``, ``sums[i, dim + c] += columns[dim^2 + c, b] phi_i``. All these nodes get a mark.
     """
     dim = len(phi.axes)
     grad_phi, rows = vector(phi.axes), matrix((0.0, *phi.axes), lanes)
+    folded = matrix((0.0,), lanes)
     for r in range(1 + dim):
         fill_row(lanes, rows, r, 0.0)
     for b in range(start, start + n):
@@ -108,11 +108,11 @@ def spread(phi, at, start, n, work, values, lanes, columns, sums, touched):
                 rows[1 + e, d] = columns[d * dim + e, b]
         for k in range(count(phi, at)):
             i = index(phi, at, k)
-            add_multiple(lanes, sums, i, value(phi, at, k, work, grad_phi), rows, 0)
+            set_multiple(lanes, folded, 0, value(phi, at, k, work, grad_phi), rows, 0)
             for e in range(dim):
-                add_multiple(lanes, sums, i, grad_phi[e], rows, 1 + e)
-            sums[i, len(lanes) - 1] = 1.0
-            touched[0], touched[1] = min(touched[0], i), max(touched[1], i + 1)
+                add_multiple(lanes, folded, 0, grad_phi[e], rows, 1 + e)
+            add_multiple(lanes, sums, i, 1.0, folded, 0)
+            marks[i] = 1
 
 
 @answers_by_default
@@ -123,18 +123,15 @@ def interpolate(phi, at, start, n, work, nodes, fields):
     """
     dim = len(phi.axes)
     grad_phi = vector(phi.axes)
-    row, sums = matrix((0.0,), LANES), matrix((0.0, *phi.axes), LANES)
-    fill_row(LANES, row, 0, 0.0)
+    sums = matrix((0.0, *phi.axes), LANES)
     for b in range(start, start + n):
         for r in range(1 + dim):
             fill_row(LANES, sums, r, 0.0)
         for k in range(count(phi, at)):
             i = index(phi, at, k)
-            for d in range(dim):
-                row[0, d], row[0, dim + d] = nodes.v[i, d], nodes.a[i, d]
-            add_multiple(LANES, sums, 0, value(phi, at, k, work, grad_phi), row, 0)
+            add_multiple(LANES, sums, 0, value(phi, at, k, work, grad_phi), nodes.both, i)
             for e in range(dim):
-                add_multiple(LANES, sums, 1 + e, grad_phi[e], row, 0)
+                add_multiple(LANES, sums, 1 + e, grad_phi[e], nodes.both, i)
         for d in range(dim):
             fields[d, b], fields[dim + d, b] = sums[0, d], sums[0, dim + d]
             for e in range(dim):

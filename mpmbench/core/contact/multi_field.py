@@ -32,11 +32,12 @@ from mpmbench.core.bodies import Part
 from mpmbench.core.compiled import lean, vector
 from mpmbench.core.contact import Contact, ContactRule
 from mpmbench.core.errors import NotApplicable, NotConverged
+from mpmbench.core.nodes import Nodes
 from mpmbench.core.particles import SEEN
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.stability import spare_light_nodes
-from mpmbench.core.state import Nodes, State
+from mpmbench.core.state import State
 
 TOLERANCE = 1e-13  # of velocities, over the largest one
 MOST_ITERATIONS = 10_000

@@ -12,7 +12,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mpmbench.core.compiled import threads
+from mpmbench.core.bases.handle import interpolate
+from mpmbench.core.compiled import implemented, threads
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.loads import (
     add_loads,
@@ -23,13 +24,20 @@ from mpmbench.core.loads import (
 )
 from mpmbench.core.loops import LoopPromises, TimeLoop
 from mpmbench.core.materials import cauchy_stress
+from mpmbench.core.nodes import (
+    accelerate,
+    add_multiple_of,
+    copy,
+    note_strains,
+    over,
+    scalar_product,
+)
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.state import State
 from mpmbench.core.transfer import Transfer, find_transfer
 from mpmbench.core.transfer.carry import Update, g2p
 from mpmbench.core.transfer.parts import NOTHING
-from mpmbench.core.transfer.sums import p2g_mass, p2g_momentum
 
 # Share of the step in which particles are strained before the forces; usavg: Nairn 2003.
 STRAIN_BEFORE = {"usl": 0.0, "musl": 0.0, "usavg": 0.5, "usf": 1.0}
@@ -141,7 +149,7 @@ class Explicit(TimeLoop):
         s.land()
         s.basis.locate(p.x)
         total_force(s)
-        s.mass.assemble(s.basis, p, n.m)
+        s.mass.assemble(s.basis, p, n.m, n.seen)
         n.v_old[:] = n.v
         constrain(s, dt)
         n.a[s.fixed] = 2.0 / dt * (n.v - n.v_old)[s.fixed]  # to the mean velocity of the first step
@@ -202,29 +210,23 @@ def step(s: State, dt: float) -> None:
         update_particles(s, before * dt, strain=True)
     total_force(s)  # and mass and momentum, Eqs. 17, 20, 21
     s.transfer.to_nodes(s, n.q)
-    s.mass.assemble(s.basis, p, n.m)  # Eqs. 19, 48, 90
+    s.mass.assemble(s.basis, p, n.m, n.seen)  # Eqs. 19, 48, 90
 
-    if s.transfer.velocity_on_nodes:
-        n.v_old[:] = n.v  # Li 2009, Eq. 3.92: nodes keep their velocities
+    if s.transfer.velocity_on_nodes:  # Li 2009, Eq. 3.92: nodes keep their velocities
         s.transfer.keep_momentum(s)
     else:
-        np.copyto(n.v_old, n.v, where=s.fixed)
         s.mass.solve(n.q, n.v_old)  # Eq. 23
     constrain(s, dt)
-    np.divide(
-        np.subtract(n.v, n.v_old, out=n.a), dt, out=n.a
-    )  # on fixed components; the solve overwrites the rest
     s.mass.solve(n.f, n.a)  # Eqs. 22, 93
-    if choices.drag > 0.0:
-        np.subtract(n.a, choices.drag * n.v_old, out=n.a, where=~s.fixed)
-    np.add(n.v_old, np.multiply(n.a, dt, out=n.v), out=n.v)  # Eqs. 24, 51, 94
-    np.copyto(n.v_last, n.v_old, where=n.new)
+    speeds = n.f, n.v_old, n.v_last, n.new, n.v, n.a
+    power = sum(over(accelerate, n.seen, s.fixed, choices.drag, dt, *speeds))  # Eqs. 24, 51, 94
     by_walls, by_contact = s.walls.hold(s, dt), s.contact.hold(s, dt)
     s.transfer.refine(s)
-    by_loads, by_reaction = dt * float(np.vdot(n.f_external, n.v)), reaction_work(s, dt)
+    by_loads = dt * sum(over(scalar_product, n.seen, n.f_external, n.v))
+    by_reaction = reaction_work(s, dt)
     s.contact_energy -= by_walls + by_contact
     s.external_work += by_loads + by_reaction
-    by_forces = dt * (float(np.vdot(n.f, n.v_last)) + s.contact.power(n.v)) + by_loads
+    by_forces = dt * (power + s.contact.power(n.v)) + by_loads
     s.give(0.5 * by_forces + by_walls + by_contact + by_reaction)
     if choices.drag > 0.0:
         lost = dt * choices.drag * float(np.vdot(s.mass.multiply(n.v_old), n.v))
@@ -240,11 +242,10 @@ def step(s: State, dt: float) -> None:
     else:
         update_particles(s, dt, velocity=True)  # Eq. 27
         if choices.stress_update == "musl":
-            n.v_old[:] = n.v
             project_velocity(s)
             strains(s, dt)
             update_particles(s, dt, strain=True)
-            n.v[:] = n.v_old
+            over(copy, n.seen, n.v_old, n.v)
         elif before < 1.0:
             strains(s, dt, 1.0 - before)
             update_particles(s, (1.0 - before) * dt, strain=True)
@@ -266,13 +267,9 @@ def strains(s: State, dt: float, share: float = 1.0, first: bool = False) -> Non
     stresses which follow: work by the trapezoidal rule, as strains store it.
     """
     n = s.nodes
-    s.give(0.5 * share * dt * float(np.vdot(n.f_internal, n.v)))
-    if first and share < 1.0:
-        np.copyto(n.v_last, (1.0 - share) * n.v, where=n.new)
-        n.v_last += share * n.v
-    else:
-        np.multiply(n.v, share, out=n.v_last)
-    np.equal(n.m[:, None], 0.0, out=n.new)
+    rest = 1.0 - share if first else 0.0
+    kept = n.f_internal, n.v, n.v_last, n.new
+    s.give(0.5 * share * dt * sum(over(note_strains, n.seen, share, rest, *kept)))
 
 
 def total_force(s: State) -> None:
@@ -280,8 +277,9 @@ def total_force(s: State) -> None:
     n, part = s.nodes, s.transfer.part(s)
     p, loads = s.basis.sources(s.particles.arrays, partial(body_force, s, s.time))
     s.sums(s.basis.handle, p, n, loads, part)
-    add_loads(s, s.basis.handle, s.time, n.f_external)
-    np.add(n.f_internal, n.f_external, out=n.f)
+    if np.ndim(s.dead_load) or s.loads.traction is not None:
+        add_loads(s, s.basis.handle, s.time, n.f_external)
+        over(add_multiple_of, n.seen, n.f_internal, 1.0, n.f_external, n.f)
     s.contact.push(s)
 
 
@@ -302,7 +300,9 @@ def update_particles(
 
 def carry(s: State, dt: float, update: Update) -> None:
     """Update all particles in their chunks (`g2p`)."""
-    p, nodes = s.particles.arrays, s.nodes.arrays
+    p = s.particles.arrays
+    by_lines = implemented(interpolate, type(s.basis.handle))
+    nodes = s.nodes.arrays if by_lines else s.nodes.in_rows
     phi, solid = s.basis.handle, s.particles.material.stop
     besides = s.transfer.part(s) if update.velocity else NOTHING
     for material, first, last in s.bodies.laws:
@@ -315,14 +315,15 @@ def carry(s: State, dt: float, update: Update) -> None:
 
 
 def project_velocity(s: State) -> None:
-    """Nodal velocities from the particles': ``v = M^-1 sum_p m_p phi_i v_p``, for USF and MUSL."""
+    """Nodal velocities from the particles': ``v = M^-1 sum_p m_p phi_i v_p``, for USF and MUSL.
+
+    What nodes had before is in ``v_old``.
+    """
     n = s.nodes
     p, _ = s.basis.sources(s.particles.arrays, partial(body_force, s, s.time))
-    n.m[:], n.q[:] = 0.0, 0.0
-    p2g_mass(s.basis.handle, p.x, p.m, n.m)
-    p2g_momentum(s.basis.handle, p.x, p.m, p.v, n.q)
+    s.sums(s.basis.handle, p, n, lambda start, stop: None)
     s.transfer.to_nodes_again(s, n.q)
-    s.mass.assemble(s.basis, s.particles, n.m)
+    s.mass.assemble(s.basis, s.particles, n.m, n.seen)
     s.mass.solve(n.q, n.v)  # fixed components keep the velocity of the last step
     given = s.walls.nodal_impulse
     s.walls.hold(s, s.time_step)

@@ -23,14 +23,16 @@ class BandMass:
         self._force = np.zeros(fixed.shape)
         self._factor = np.zeros((0, len(fixed), 1))
 
-    def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
+    def assemble(
+        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: np.ndarray | None = None
+    ) -> None:
         if self._factored and basis.constant_values:
             return
         self._factored = True
         while (width := assemble_band(basis.handle, p.x, p.m, self._band)) >= self._band.shape[1]:
             self._band = np.zeros((len(self.fixed), width + 1))
         self._system = self._band
-        if self.light_nodes.find(basis, p, m_i, self._band[:, 0]):
+        if self.light_nodes.find(basis, p, m_i, self._band[:, 0], seen):
             self._system = self._condensed()
         if self._factor.shape[2] != self._system.shape[1]:
             self._factor = np.zeros((self.fixed.shape[1], *self._system.shape))

@@ -6,13 +6,14 @@ force with the same weights. With T, the identity but for these rows, that is ``
 translation, free fall and momentum stay exact, whatever is left out.
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import count, index, locate, scratch, value
 from mpmbench.core.compiled import compiled, lean, vector
+from mpmbench.core.nodes import copy, over
 from mpmbench.core.particles import SEEN, Particles
 
 if TYPE_CHECKING:
@@ -52,10 +53,17 @@ class LightNodes:
         self.node = self.neighbour = np.zeros(0, dtype=np.int64)
         self.weight = np.zeros(0)
         self.lightest = np.inf
-        self._heaviest = np.zeros(len(fixed))
+        self._heaviest, self._points = np.zeros(len(fixed)), np.zeros(0, dtype=np.int64)
         self._nothing_fixed = np.zeros((len(fixed), 1), dtype=np.bool_)
 
-    def find(self, basis: Basis, p: Particles, m_i: np.ndarray, mass: np.ndarray) -> bool:
+    def find(
+        self,
+        basis: Basis,
+        p: Particles,
+        m_i: np.ndarray,
+        mass: np.ndarray,
+        seen: np.ndarray | None = None,
+    ) -> bool:
         """Find the light nodes of the particles where they are.
 
         Parameters
@@ -64,6 +72,8 @@ class LightNodes:
             Row sums of the mass matrix [kg], shape (N,), not zero where a point sees the node.
         mass : ndarray
             Its diagonal [kg], shape (N,), which decides.
+        seen : ndarray of int or None
+            Numbers of the nodes that a point sees, where they are known.
 
         Returns
         -------
@@ -72,26 +82,30 @@ class LightNodes:
         """
         self.node, self.neighbour, self.weight = self.node[:0], self.neighbour[:0], self.weight[:0]
         self.light[:] = False
-        least = least_mass(m_i, mass, self.fixed)
-        if least > max(self.cutoff * p.m.max(initial=0.0), 2.0 * SEEN):
-            self.lightest = min(self.lightest, least)
-            return False
-        phi = basis.handle
-        heaviest_seen(phi, p.x, p.m, self._heaviest)
-        self.light[:] = (m_i != 0.0) & ~(
-            mass > np.maximum(self.cutoff * self._heaviest, 2.0 * SEEN)
-        )
-        self.light &= ~self.fixed.all(axis=1)
-        key, share = shared_points(phi, p.x, p.m, self.light)
+        if seen is None:
+            seen = np.flatnonzero(m_i)
+        most = max(self.cutoff * p.m.max(initial=0.0), 2.0 * SEEN)
+        some, lightest = may_be_light(seen, mass, self.fixed, most, self.light)
+        if some:
+            lightest = self._find(basis.handle, p, mass, seen)
+        self.lightest = min(self.lightest, lightest)
+        return len(self.node) > 0
+
+    def _find(self, phi: Any, p: Particles, mass: np.ndarray, seen: np.ndarray) -> float:
+        """The same where there may be some; returns the smallest mass of the others that are not held."""
+        if len(self._points) != len(p.x):
+            self._points = np.zeros(len(p.x), dtype=np.int64)
+        self._heaviest[:] = 0.0
+        found = points_at(phi, p.x, p.m, self.light, self._heaviest, self._points)
+        are_light(seen, mass, self.cutoff, self._heaviest, self.light)
+        near, room = self._points[:found], np.zeros(phi.width)
+        key, share = shared_points(phi, p.x, p.m, near, self.light, room)
         key, place = np.unique(key, return_inverse=True)
         share = np.bincount(place, weights=share, minlength=len(key))
         self.node, self.neighbour = np.divmod(key, len(mass))
         total = np.bincount(self.node, weights=share, minlength=len(mass))
-        self.light &= total > 0.0  # without a neighbour a node stays on its own
-        kept = (mass > 0.0) & ~(self.light | self.fixed.all(axis=1))
-        self.lightest = min(self.lightest, mass[kept].min(initial=np.inf))
         self.weight = share / total[self.node]
-        return len(key) > 0
+        return float(are_alone(seen, mass, self.fixed, total, self.light))
 
     def matrix(self) -> "csr_array":
         """T, shape (N, N)."""
@@ -101,19 +115,23 @@ class LightNodes:
         follow = csr_array((self.weight, (self.node, self.neighbour)), shape=(n, n))
         return csr_array(diags_array(1.0 - self.light) + follow)
 
-    def gathered(self, f: np.ndarray, room: np.ndarray) -> np.ndarray:
-        """``T^T f`` in `room`, or `f` itself where no node is light."""
+    def gathered(
+        self, f: np.ndarray, room: np.ndarray, seen: np.ndarray | None = None
+    ) -> np.ndarray:
+        """``T^T f`` in `room`, there where nodes are `seen`, or `f` itself where no node is light."""
         if not len(self.node):
             return f
-        room[:] = f
+        if seen is None:
+            room[:] = f
+        else:
+            over(copy, seen, as_columns(f), as_columns(room))
         return self.gather(room)
 
     def gather(self, f: np.ndarray) -> np.ndarray:
         """``T^T f`` in place: what light nodes were given, shape (N,) or (N, dim), goes to their neighbours."""
         if len(self.node):
-            scalar = f.ndim == 1
-            fixed = self._nothing_fixed if scalar else self.fixed
-            hand_over(self.node, self.neighbour, self.weight, fixed, f[:, None] if scalar else f)
+            fixed = self._nothing_fixed if f.ndim == 1 else self.fixed
+            hand_over(self.node, self.neighbour, self.weight, fixed, as_columns(f))
         return f
 
     def scatter(self, z: np.ndarray) -> np.ndarray:
@@ -123,16 +141,56 @@ class LightNodes:
         return z
 
 
+def as_columns(f: np.ndarray) -> np.ndarray:
+    """Numbers of nodes as vectors, shape (N, 1), and vectors as they are."""
+    return f[:, None] if f.ndim == 1 else f
+
+
 @lean
-def least_mass(m_i, mass, fixed):
-    """Smallest of `mass`, shape (N,), over the nodes that are seen and not held."""
-    least = np.inf
-    for i in range(mass.shape[0]):
-        if m_i[i] != 0.0 and not mass[i] >= least:
-            for d in range(fixed.shape[1]):
-                if not fixed[i, d]:
-                    least = mass[i]
-    return least
+def may_be_light(seen, mass, fixed, most, light):
+    """Mark nodes whose `mass`, shape (N,), is at most `most`, and which are not held; returns whether there are any.
+
+    The smallest mass of the others that are not held is returned, too.
+    """
+    some, lightest = False, np.inf
+    for n in range(seen.shape[0]):
+        i = seen[n]
+        if is_free(fixed, i):
+            if mass[i] > most:
+                lightest = min(lightest, mass[i])
+            else:
+                light[i] = some = True
+    return some, lightest
+
+
+@lean
+def is_free(fixed, i):
+    """Whether a node has a component that is not constrained."""
+    free = False
+    for d in range(fixed.shape[1]):
+        free = free or not fixed[i, d]
+    return free
+
+
+@lean
+def are_light(seen, mass, cutoff, heaviest, light):
+    """Unmark nodes that are too heavy for the heaviest particle that sees them."""
+    for n in range(seen.shape[0]):
+        i = seen[n]
+        if light[i] and mass[i] > max(cutoff * heaviest[i], 2.0 * SEEN):
+            light[i] = False
+
+
+@lean
+def are_alone(seen, mass, fixed, total, light):
+    """Unmark nodes without a share of a neighbour; returns the smallest mass that is left without light nodes."""
+    lightest = np.inf
+    for n in range(seen.shape[0]):
+        i = seen[n]
+        light[i] = light[i] and total[i] > 0.0
+        if mass[i] > 0.0 and not light[i] and is_free(fixed, i):
+            lightest = min(lightest, mass[i])
+    return lightest
 
 
 @lean
@@ -147,22 +205,49 @@ def heaviest_seen(phi, x, m, heaviest):
             heaviest[i] = max(heaviest[i], m[p])
 
 
-@compiled
-def shared_points(phi, x, m, light):
-    """All pairs of a light node l and another node j at some point: ``l N + j`` and ``m_p |phi_j|``."""
-    work, grad_phi = scratch(phi), vector(phi.axes)
-    keys, shares = [], []
+@lean
+def points_at(phi, x, m, light, heaviest, points):
+    """List the points that see a marked node; returns how many, and writes the heaviest of each such node [kg]."""
+    work, found, last, near = scratch(phi), 0, -1, False
     for p in range(x.shape[0]):
         at = locate(phi, x, p, work)
+        if at != last:  # points in a cell see the same
+            last, near = at, False
+            for k in range(count(phi, at)):
+                near = near or light[index(phi, at, k)]
+        if near:
+            points[found] = p
+            found += 1
+            for k in range(count(phi, at)):
+                i = index(phi, at, k)
+                heaviest[i] = max(heaviest[i], m[p])
+    return found
+
+
+@compiled
+def shared_points(phi, x, m, points, light, share):
+    """Pairs of a light node l and another node j at some of these points: ``l N + j`` and ``m_p |phi_j|``.
+
+    Points in the same cell that follow each other are taken together, by `share` of each function.
+    """
+    work, grad_phi = scratch(phi), vector(phi.axes)
+    keys, shares, last = [], [], -1
+    for n in range(points.shape[0]):
+        at = locate(phi, x, points[n], work)
+        for k in range(count(phi, at)):
+            weight = (m[points[n]] + MASSLESS) * abs(value(phi, at, k, work, grad_phi))
+            share[k] = share[k] + weight if at == last else weight
+        last = at
+        if n + 1 < points.shape[0] and locate(phi, x, points[n + 1], work) == at:
+            continue
         for k in range(count(phi, at)):
             l = index(phi, at, k)
             if light[l]:
-                for n in range(count(phi, at)):
-                    j = index(phi, at, n)
+                for other in range(count(phi, at)):
+                    j = index(phi, at, other)
                     if not light[j]:
-                        phi_j = value(phi, at, n, work, grad_phi)
                         keys.append(l * light.shape[0] + j)
-                        shares.append((m[p] + MASSLESS) * abs(phi_j))
+                        shares.append(share[other])
     return np.array(keys), np.array(shares)
 
 

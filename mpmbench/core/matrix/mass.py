@@ -7,9 +7,10 @@ import numpy as np
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.choices import Choices
-from mpmbench.core.compiled import compiled
+from mpmbench.core.compiled import lean
 from mpmbench.core.matrix.band import BandMass, assemble_band
 from mpmbench.core.matrix.light import LightNodes, heaviest_seen
+from mpmbench.core.nodes import over
 from mpmbench.core.particles import Particles
 
 # Beyond this band conjugate gradients cost less than a banded factorisation in every step.
@@ -28,8 +29,10 @@ class Mass(Protocol):
 
     light_nodes: LightNodes
 
-    def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
-        """Sum the matrix over the particles, whose row sums `m_i`, shape (N,), are known.
+    def assemble(
+        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: np.ndarray | None = None
+    ) -> None:
+        """Sum the matrix over the particles, whose row sums `m_i`, shape (N,), are known, and so may be who is `seen`.
 
         Raises
         ------
@@ -39,7 +42,7 @@ class Mass(Protocol):
         ...
 
     def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
-        """Solve ``M out = rhs`` on the free components; `out` holds the others; shapes (N, dim)."""
+        """Solve ``M out = rhs`` on the free components of what is seen; `out` holds the others; shapes (N, dim)."""
         ...
 
     def multiply(self, a: np.ndarray) -> np.ndarray:
@@ -76,20 +79,25 @@ class LumpedMass:
 
     def __init__(self, fixed: np.ndarray, light_nodes: LightNodes) -> None:
         self.fixed, self.light_nodes = fixed, light_nodes
+        self.seen = np.arange(len(fixed))
         self.m_i = np.zeros(len(fixed))
         self._system = self.m_i
-        self._force = np.zeros(fixed.shape)
+        self._with_light, self._force = np.zeros(len(fixed)), np.zeros(fixed.shape)
 
-    def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
+    def assemble(
+        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: np.ndarray | None = None
+    ) -> None:
         self.m_i = self._system = m_i
-        if self.light_nodes.find(basis, p, m_i, m_i):
-            self._system = self.light_nodes.gather(m_i.copy())
+        self.seen = np.flatnonzero(m_i) if seen is None else seen
+        if self.light_nodes.find(basis, p, m_i, m_i, self.seen):
+            self._system = self.light_nodes.gathered(m_i, self._with_light, self.seen)
 
     def multiply(self, a: np.ndarray) -> np.ndarray:
         return self.m_i[:, None] * a
 
     def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
-        divide(self._system, self.fixed, self.light_nodes.gathered(rhs, self._force), out)
+        force = self.light_nodes.gathered(rhs, self._force, self.seen)
+        over(divide, self.seen, self._system, self.fixed, force, out)
         self.light_nodes.scatter(out)
 
     def divide_at(self, node: np.ndarray, rhs: np.ndarray) -> np.ndarray:
@@ -123,15 +131,18 @@ class KeptMass(LumpedMass):
         self.kept = kept
         self.m_i = self._system = kept
 
-    def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
+    def assemble(
+        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: np.ndarray | None = None
+    ) -> None:
         m_i[:] = self.kept
-        super().assemble(basis, p, m_i)
+        super().assemble(basis, p, m_i, seen)
 
 
-@compiled
-def divide(m_i, fixed, rhs, out):
+@lean
+def divide(seen, m_i, fixed, rhs, out, start, stop):
     """``out = rhs / m_i`` on free components with mass."""
-    for i in range(rhs.shape[0]):
+    for n in range(start, stop):
+        i = seen[n]
         for d in range(rhs.shape[1]):
             if not fixed[i, d]:
                 out[i, d] = rhs[i, d] / m_i[i] if m_i[i] > 0.0 else 0.0

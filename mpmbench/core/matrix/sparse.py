@@ -69,7 +69,9 @@ class SparseMass:
         self._by_axes = False
         self._force, *self._work = (np.zeros(fixed.shape) for _ in range(5))
 
-    def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
+    def assemble(
+        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: np.ndarray | None = None
+    ) -> None:
         if not self.columns.shape[1] or not assemble_rows(
             basis.handle, p.x, p.m, self.columns, self.values
         ):
@@ -82,7 +84,7 @@ class SparseMass:
         mass = self.values[np.arange(len(self.fixed)), self.diagonal]
         self.active = mass > 0.0
         self.system = Rows(self.columns, self.values, self.diagonal)
-        whole = not self.light_nodes.find(basis, p, m_i, mass)
+        whole = not self.light_nodes.find(basis, p, m_i, mass, seen)
         if not whole:
             self.active &= ~self.light_nodes.light
             self.system = condensed(self.system, self.light_nodes)
@@ -128,10 +130,12 @@ class DirectMass(SparseMass):
         self._factors: list[SuperLU] = []
         self._coupling: list[csr_array] = []
 
-    def assemble(self, basis: Basis, p: Particles, m_i: np.ndarray) -> None:
+    def assemble(
+        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: np.ndarray | None = None
+    ) -> None:
         if self._factors:
             return
-        super().assemble(basis, p, m_i)
+        super().assemble(basis, p, m_i, seen)
         matrix = compressed(self.system)
         for d in range(self.fixed.shape[1]):
             free = self.free[:, d]

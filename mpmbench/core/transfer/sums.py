@@ -19,7 +19,7 @@ from mpmbench.core.bases.handle import (
     spread,
     value,
 )
-from mpmbench.core.compiled import compiled, inlined, lean, matrix, table, threads, vector
+from mpmbench.core.compiled import inlined, lean, matrix, table, threads, vector
 from mpmbench.core.compiled.algebra import squared
 from mpmbench.core.compiled.rows import (
     BATCH,
@@ -31,6 +31,7 @@ from mpmbench.core.compiled.rows import (
     set_product,
     take,
 )
+from mpmbench.core.nodes import over
 from mpmbench.core.particles import SEEN
 from mpmbench.core.transfer.carry import alike
 from mpmbench.core.transfer.parts import NOTHING, also_spread
@@ -49,9 +50,9 @@ class NodalSums:
 
     def __init__(self, nodes: int, particles: int, dimension: int, body_force: bool) -> None:
         self._values = (0.0,) * (1 + dimension * (2 if body_force else 1))
-        self._lanes = lanes_for(dimension + len(self._values) + 1)
+        self._lanes = lanes_for(dimension + len(self._values))
         self._parts = threads.apart(particles, nodes, len(self._lanes))
-        self._touched = threads.apart(particles, 2, dtype=np.int64)
+        self._marks = threads.apart(particles, -(-nodes // 8) * 8, dtype=np.uint8)
 
     def __call__(
         self,
@@ -71,25 +72,26 @@ class NodalSums:
 
         def add(c: int, start: int, stop: int) -> None:
             body_force(start, stop)
-            values, lanes, own = self._values, self._lanes, (self._parts[c], self._touched[c])
+            values, lanes, own = self._values, self._lanes, (self._parts[c], self._marks[c])
             p2g(phi, values, lanes, p, part, *own, start, stop)
 
         threads.run(add, len(p.x))
-        collect(self._values, self._parts, self._touched, n.m, n.q, n.f_internal, n.f_external)
+        n.look(self._marks)
+        sums = n.m, n.q, n.f_internal, n.f_external, n.f
+        over(collect, n.seen, self._values, self._parts, self._marks, *sums, n.v, n.v_old)
 
 
 @lean
-def p2g(phi, values, lanes, p, part, sums, touched, start, stop):
+def p2g(phi, values, lanes, p, part, sums, marks, start, stop):
     """Add what the particles start to stop give to ``sums[i] = (f, m, q)`` or (f, m, q, f_external).
 
-    `sums` has the shape (N, lanes); `touched` returns the range of node numbers that were added to.
+    `sums` has the shape (N, lanes); nodes that the particles see get a mark in `marks`, shape (N,) or longer.
     There is a body force if `values` is as long as (m, q, f_external).
     """
     axes, dim = phi.axes, len(phi.axes)
     mass = dim * dim  # row of the mass; before it is the stress times the volume, then the momentum
     work, columns = room(phi), table((0.0, *axes), (0.0, *axes), BATCH)
     volume, at = matrix((0.0,), BATCH), vector(BATCH).view(np.int64)
-    touched[0], touched[1] = sums.shape[0], 0
     first = start
     while first < stop:
         n = locate_batch(phi, p.x, first, min(len(BATCH), stop - first), at, work)
@@ -108,7 +110,7 @@ def p2g(phi, values, lanes, p, part, sums, touched, start, stop):
         b = 0
         while b < n:
             same = alike(at, b, n)
-            spread(phi, at[b], b, same, work, values, lanes, columns, sums, touched)
+            spread(phi, at[b], b, same, work, values, lanes, columns, sums, marks)
             also_spread(part, phi, at[b], first + b, same, work, p.m, dim + 1, sums)
             b += same
         first += n
@@ -121,23 +123,31 @@ def scale(columns, row, factors, other, g):
     set_product(LANES, columns, i, columns, i, factors, GROUPS * other + g)
 
 
-@compiled
-def collect(values, parts, touched, m_i, q_i, f_i, b_i):
-    """Add up the parts in their order, and set them back to zero; seen nodes have a mass."""
-    dim = q_i.shape[1]
-    m_i[:], q_i[:], f_i[:], b_i[:] = 0.0, 0.0, 0.0, 0.0
-    for c in range(parts.shape[0]):
-        for i in range(touched[c, 0], touched[c, 1]):
-            m_i[i] += parts[c, i, dim]
-            if m_i[i] == 0.0 and parts[c, i, parts.shape[2] - 1] > 0.0:
-                m_i[i] = SEEN
+@lean
+def collect(seen, values, parts, marks, m, q, f_internal, f_external, f, v, v_old, start, stop):
+    """Add up the parts in their order, and clear them; seen nodes have a mass, and their velocities become old ones."""
+    dim = q.shape[1]
+    for n in range(start, stop):
+        i = seen[n]
+        m[i] = 0.0
+        for d in range(dim):
+            q[i, d] = f_internal[i, d] = f_external[i, d] = 0.0
+        for c in range(parts.shape[0]):
+            if marks[c, i] == 0:
+                continue
+            marks[c, i] = 0
+            m[i] += parts[c, i, dim]
             for d in range(dim):
-                f_i[i, d] += parts[c, i, d]
-                q_i[i, d] += parts[c, i, dim + 1 + d]
+                f_internal[i, d] += parts[c, i, d]
+                q[i, d] += parts[c, i, dim + 1 + d]
                 if len(values) > 1 + dim:
-                    b_i[i, d] += parts[c, i, 2 * dim + 1 + d]
+                    f_external[i, d] += parts[c, i, 2 * dim + 1 + d]
             for k in range(parts.shape[2]):
                 parts[c, i, k] = 0.0
+        if m[i] == 0.0:
+            m[i] = SEEN
+        for d in range(dim):
+            f[i, d], v_old[i, d] = f_internal[i, d] + f_external[i, d], v[i, d]
 
 
 @lean

@@ -184,7 +184,7 @@ def weigh(grid, at, start, n, work):
         take((0.0,), slope, r, kept, len(BATCH) * (rows + r) + start, n)
 
 
-def _spread(grid, at, start, n, work, values, lanes, columns, sums, touched):
+def _spread(grid, at, start, n, work, values, lanes, columns, sums, marks):
     phi, slope, _ = work
     order = len(grid.order)
     weigh(grid, at, start, n, work)
@@ -196,8 +196,7 @@ def _spread(grid, at, start, n, work, values, lanes, columns, sums, touched):
     for k in range(lines(grid)):
         i = index(grid, at, k * order)
         for a in range(order):
-            sums[i + a, len(lanes) - 1] = 1.0
-        touched[0], touched[1] = min(touched[0], i), max(touched[1], i + order)
+            marks[i + a] = 1
 
 
 @inlined
