@@ -7,28 +7,32 @@ import numpy as np
 import pytest
 
 from mpmbench.core.compiled import compiled, matrix
-from mpmbench.core.materials import cauchy_stress
+from mpmbench.core.compiled.rows import BATCH
+from mpmbench.core.materials import strain_all
 from mpmbench.core.materials.plastic import PLASTIC_STRAIN, PLASTIC_WORK
 from mpmbench.core.materials.plastic.radial import hardening, rate_factor, softening
 from tests.core.test_material_heat import LAWS
 from tests.core.test_material_plasticity import KINDS
 
 COUNT = 1_000_000
-THREE = (0.0, 0.0, 0.0)
+THREE, NINE = (0.0,) * 3, (0.0,) * 9
 
 
 @compiled
 def explicit_steps(law, F, L, dt, state, sigma):  # type: ignore[no-untyped-def]
     """Stress and history of each particle after a step of its own length."""
-    F_p, L_p, sigma_p = matrix(THREE, THREE), matrix(THREE, THREE), matrix(THREE, THREE)
+    F_p, L_p, sigma_p = matrix(NINE, BATCH), matrix(NINE, BATCH), matrix(NINE, BATCH)
+    V_p = matrix((0.0,), BATCH)
+    V_p[0, 0] = 1.0
     for p in range(F.shape[0]):
         for i in range(3):
             for j in range(3):
-                F_p[i, j], L_p[i, j] = F[p, i, j], L[p, i, j]
-        cauchy_stress(law, THREE, F_p, L_p, dt[p], state[p], sigma_p)
+                L_p[3 * i + j, 0] = L[p, i, j]
+                F_p[3 * i + j, 0] = 1.0 if i == j else 0.0  # F is the increment
+        strain_all(law, THREE, L_p, 0, dt[p], F_p, V_p, state[p : p + 1], sigma_p, 1)
         for i in range(3):
             for j in range(3):
-                sigma[p, i, j] = sigma_p[i, j]
+                sigma[p, i, j] = sigma_p[3 * i + j, 0]
 
 
 @compiled

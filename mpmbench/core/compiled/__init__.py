@@ -132,8 +132,8 @@ def fallback(
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Decorate a function as the version of `stub` for handles that have none of their own.
 
-    With `given`, another stub, it serves the handles that have a version of that; with `unless`,
-    those that have none of that one.
+    With `given`, another stub, it serves the handles that have a version of that, before a version
+    without `given` does; with `unless`, those that have none of that one.
     """
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -143,7 +143,10 @@ def fallback(
                 return None
             if unless is not None and has_version(unless, handle):
                 return None
-            return function if given is None or has_version(given, handle) else None
+            if given is not None:
+                return function if has_version(given, handle) else None
+            others = (one for one in _fallbacks[stub.__name__] if one is not None)
+            return None if any(has_version(one, handle) for one in others) else function
 
         overload(stub, jit_options=INLINED, strict=False)(choose)
         _fallbacks.setdefault(stub.__name__, []).append(given)

@@ -46,6 +46,17 @@ def cauchy_stress(
     raise NotImplementedError
 
 
+@answers_by_default
+def strain_all(law, axes, fields, first, dt, F, V, state, sigma, n):
+    """Strain n particles of a batch, F to ``(I + dt L) F`` and V, and write stresses and histories as `cauchy_stress`.
+
+    That is for laws that do so in vectors by themselves; the others return False and do nothing.
+    `F` and `sigma` have a row for each entry of a matrix, ``d dim + e``, and so has `fields` from
+    row `first` on, with the velocity gradients; the histories `state` have the shape (n, history).
+    """
+    return False
+
+
 def kirchhoff_stress(
     law: Any,
     axes: Any,

@@ -28,7 +28,7 @@ from mpmbench.core.compiled.rows import (
     take,
     take_rows,
 )
-from mpmbench.core.materials import cauchy_stress
+from mpmbench.core.materials import cauchy_stress, strain_all
 from mpmbench.core.transfer.parts import also_take
 
 
@@ -114,8 +114,10 @@ def strain(axes, entries, law, p, first, n, dt, fields):
     state = p.state[first : first + n]
     take(entries, F, 0, p.F, first, n)
     take((0.0,), V, 0, p.V0, first, n)
+    done = strain_all(law, axes, fields, gradient, dt, F, V, state, sigma, n)
     # whole vectors, where there is no history of a particle that is none
-    for b in range(n if state.shape[1] > 0 else len(LANES) * groups(n)):
+    most = n if state.shape[1] > 0 else len(LANES) * groups(n)
+    for b in range(0 if done else most):
         for d in range(dim):
             for e in range(dim):
                 L_b[d, e], old[d, e] = fields[gradient + d * dim + e, b], F[d * dim + e, b]

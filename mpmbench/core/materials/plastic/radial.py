@@ -15,9 +15,17 @@ from typing import Any
 
 import numpy as np
 
-from mpmbench.core.compiled import answers_by_default, compiled, fallback, vector
-from mpmbench.core.compiled.algebra import determinant
-from mpmbench.core.materials import cauchy_stress, energy_density
+from mpmbench.core.compiled import (
+    answers_by_default,
+    compiled,
+    fallback,
+    inlined,
+    matrix,
+    vector,
+)
+from mpmbench.core.compiled.algebra import determinant, multiply
+from mpmbench.core.compiled.rows import BATCH, LANES, groups
+from mpmbench.core.materials import cauchy_stress, energy_density, strain_all
 from mpmbench.core.materials.plastic import (
     PLASTIC_STRAIN,
     PLASTIC_WORK,
@@ -38,6 +46,7 @@ from mpmbench.core.materials.symmetric import (
 
 MOST_ITERATIONS = 200
 SETTLED = 1e-10  # relative step of Newton's method after which its error is below rounding
+LOG_J, SIZE, TRIAL, KEPT, MEAN = range(5)  # numbers of each particle of a batch
 
 
 @answers_by_default
@@ -131,37 +140,99 @@ def _return_strains(law, strain, dt, state, elastic, tau, moduli):
 
 @fallback(cauchy_stress, given=hardening)
 def _cauchy(law, axes, F, L, dt, state, sigma):
-    """The explicit step: deviators shrink whatever their axes, which are not looked for while b_e is close to I."""
-    X, e = vector(SIX), vector(SIX)
-    deform(axes, L, dt, state, X)
-    if not norm_squared(X) <= SMALL * SMALL:
-        explicit_step(law, axes, F, L, dt, state, sigma)
-        return
-    strain_of(X, e)
-    log_J = e[0] + e[1] + e[2]
-    for k in range(3):
-        e[k] -= log_J / 3.0
-    _, mean, _ = volumetric(law, log_J, state)
-    trial = 2.0 * law.shear * math.sqrt(1.5 * norm_squared(e))
-    D, _, work = increment_of_plastic_strain(law, trial, dt, state)
-    if D > 0.0:
-        kept = 1.0 - 3.0 * law.shear * D / trial  # part of the deviator that is left
+    explicit_step(law, axes, F, L, dt, state, sigma)
+
+
+@inlined
+def strain_one(axes, fields, first, dt, F, V, b, L_b, F_b):
+    """``F <- (I + dt L) F`` of the b-th particle of a batch, and ``V = det(F) V_0`` of what is V_0 before."""
+    dim = len(axes)
+    increment, old = matrix(axes, axes), matrix(axes, axes)
+    for d in range(dim):
+        for e in range(dim):
+            L_b[d, e], old[d, e] = fields[first + d * dim + e, b], F[d * dim + e, b]
+            increment[d, e] = dt * L_b[d, e] + (1.0 if d == e else 0.0)
+    multiply(axes, increment, old, F_b)
+    V[0, b] *= determinant(axes, F_b)
+    for d in range(dim):
+        for e in range(dim):
+            F[d * dim + e, b] = F_b[d, e]
+
+
+@fallback(strain_all, given=hardening)
+def _strain_all(law, axes, fields, first, dt, F, V, state, sigma, n):
+    """The explicit step: deviators shrink whatever their axes, which are not looked for while b_e is close to I.
+
+    Tensors are rows of numbers of all particles, which vectors take at once; what is plastic is
+    returned one particle after the other.
+    """
+    dim, double = len(axes), 2.0 * law.shear
+    old, X, e = matrix(SIX, BATCH), matrix(SIX, BATCH), matrix(SIX, BATCH)
+    scalars = matrix((0.0,) * 5, BATCH)
+    L_b, F_b, sigma_b = matrix(axes, axes), matrix(axes, axes), matrix(axes, axes)
+    for b in range(len(LANES) * groups(n)):
         for k in range(6):
-            e[k] = kept * e[k] + (log_J / 3.0 if k < 3 else 0.0)
-        stretch_of(e, X)
+            old[k, b] = state[b, k] if b < n else 0.0
+    for b in range(len(LANES) * groups(n)):
+        strain_one(axes, fields, first, dt, F, V, b, L_b, F_b)
+        deform(axes, L_b, dt, old[:, b], X[:, b])
+    for b in range(len(LANES) * groups(n)):
+        strain_of(X[:, b], e[:, b])
+    for b in range(len(LANES) * groups(n)):
+        scalars[LOG_J, b] = e[0, b] + e[1, b] + e[2, b]
         for k in range(3):
-            e[k] -= log_J / 3.0
-        state[PLASTIC_STRAIN] += D
-        state[PLASTIC_WORK] += work
-        warm(law, log_J, work, state)
-    for k in range(6):
-        state[k] = X[k]
-    inverse_J, double = 1.0 / determinant(axes, F), 2.0 * law.shear
-    for i in range(len(axes)):
-        sigma[i, i] = inverse_J * (mean + double * e[i])
-        for j in range(i):
-            sigma[i, j] = inverse_J * double * e[2 + i + j]  # xy, xz and yz
-            sigma[j, i] = sigma[i, j]
+            e[k, b] -= scalars[LOG_J, b] / 3.0
+        scalars[SIZE, b] = norm_squared(X[:, b])
+        scalars[TRIAL, b] = double * math.sqrt(1.5 * norm_squared(e[:, b]))
+        scalars[KEPT, b] = 1.0
+    plastic = False
+    for b in range(n):
+        history = state[b]
+        if not scalars[SIZE, b] <= SMALL * SMALL:
+            continue
+        log_J, trial = scalars[LOG_J, b], scalars[TRIAL, b]
+        scalars[MEAN, b] = volumetric(law, log_J, history)[1]
+        D, _, work = increment_of_plastic_strain(law, trial, dt, history)
+        if D > 0.0:
+            plastic = True
+            scalars[KEPT, b] = (
+                1.0 - 3.0 * law.shear * D / trial
+            )  # part of the deviator that is left
+            history[PLASTIC_STRAIN] += D
+            history[PLASTIC_WORK] += work
+            warm(law, log_J, work, history)
+    if plastic:
+        for b in range(len(LANES) * groups(n)):
+            for k in range(6):
+                mean = scalars[LOG_J, b] / 3.0 if k < 3 else 0.0
+                e[k, b] = scalars[KEPT, b] * e[k, b] + mean
+            stretch_of(e[:, b], old[:, b])
+            for k in range(6):
+                e[k, b] -= scalars[LOG_J, b] / 3.0 if k < 3 else 0.0
+                X[k, b] = old[k, b] if scalars[KEPT, b] < 1.0 else X[k, b]
+    for b in range(len(LANES) * groups(n)):
+        for i in range(dim):
+            for j in range(dim):
+                F_b[i, j] = F[i * dim + j, b]
+        inverse_J = 1.0 / determinant(axes, F_b)
+        for i in range(dim):
+            sigma[i * dim + i, b] = inverse_J * (scalars[MEAN, b] + double * e[i, b])
+            for j in range(i):  # xy, xz and yz
+                sigma[i * dim + j, b] = inverse_J * double * e[2 + i + j, b]
+                sigma[j * dim + i, b] = sigma[i * dim + j, b]
+    for b in range(n):
+        if scalars[SIZE, b] <= SMALL * SMALL:
+            for k in range(6):
+                state[b, k] = X[k, b]
+            continue
+        for i in range(dim):
+            for j in range(dim):
+                F_b[i, j], L_b[i, j] = F[i * dim + j, b], fields[first + i * dim + j, b]
+        explicit_step(law, axes, F_b, L_b, dt, state[b], sigma_b)
+        for i in range(dim):
+            for j in range(dim):
+                sigma[i * dim + j, b] = sigma_b[i, j]
+    return True
 
 
 @fallback(energy_density, given=hardening)
