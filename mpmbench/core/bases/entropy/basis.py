@@ -228,8 +228,8 @@ class EntropyBasis(Basis):
         if not np.isfinite(F).all():
             point = int(np.argmin(np.isfinite(F).all(axis=(1, 2))))
             raise BrokeDown(f"the deformation of point {point} is not finite")
-        convect(self.cloud.form.axes, F, self.locality == "volume", metric)
-        if self.locality == "convected":
+        most = convect(self.cloud.form.axes, F, self.locality == "volume", metric)
+        if most > self.stretch_limit:
             clip(F, self.stretch_limit, metric)
         if self._scale is not None:
             grade(self.cloud.form.axes, self._point_scale[particles], metric)

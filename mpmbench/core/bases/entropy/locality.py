@@ -103,8 +103,11 @@ def pad(axes, found, work):
 
 @compiled
 def convect(axes, F, volume, metric):
-    """Fill `metric` with S = F, shape (n, dim, dim), or with ``S = J^(1/dim) I`` by `volume`."""
-    pull = matrix(axes, axes)
+    """Fill `metric` with S = F, shape (n, dim, dim), or with ``S = J^(1/dim) I`` by `volume`.
+
+    Returns a bound of all stretches of F and of their inverses: the largest norm of both; 1 by `volume`.
+    """
+    pull, most = matrix(axes, axes), 1.0
     for p in range(F.shape[0]):
         metric.growth[p] = 1.0
         if volume:
@@ -115,12 +118,17 @@ def convect(axes, F, volume, metric):
                     metric.pull[p, d, e] = 1.0 / scale if d == e else 0.0
             continue
         inverse(axes, F[p], pull)
+        whole, inverse_whole = 0.0, 0.0
         for d in range(len(axes)):
             square = 0.0
             for e in range(len(axes)):
                 metric.pull[p, d, e] = pull[d, e]
                 square += F[p, d, e] * F[p, d, e]
+                inverse_whole += pull[d, e] * pull[d, e]
             metric.half[p, d] = np.sqrt(square)
+            whole += square
+        most = max(most, whole, inverse_whole)
+    return np.sqrt(most)
 
 
 def clip(F: np.ndarray, limit: float, metric: Metric) -> None:
