@@ -32,6 +32,7 @@ from mpmbench.core.geometry.triangulate import (
     extruded,
     graded_disc,
     graded_levels,
+    in_columns,
     quarter_ball,
 )
 from mpmbench.core.materials import Material
@@ -237,5 +238,6 @@ def plate_and_sphere(problem: SphereImpact, resolution: int) -> tuple[Part, ...]
     parts = []
     for name, mesh, speed in (("plate", plate, 0.0), ("sphere", ball, -problem.speed)):
         whole: Cloud = mesh if problem.model == "quarter" else all_quarters(mesh)
-        parts.append(Part(name, whole, *barycentres(whole), (speed, 0.0, 0.0)))
+        points = in_columns(*barycentres(whole), h)
+        parts.append(Part(name, whole, *points, (speed, 0.0, 0.0)))
     return tuple(parts)

@@ -17,7 +17,13 @@ import numpy as np
 from mpmbench.core.choices import Choices
 from mpmbench.core.errors import NotApplicable, require
 from mpmbench.core.geometry import Box, Cloud, Geometry
-from mpmbench.core.geometry.triangulate import barycentres, extruded, first_quadrant, ring_mesh
+from mpmbench.core.geometry.triangulate import (
+    barycentres,
+    extruded,
+    first_quadrant,
+    in_columns,
+    ring_mesh,
+)
 from mpmbench.core.materials import Material
 from mpmbench.core.materials.fields import derived_fields
 from mpmbench.core.registry import register
@@ -99,7 +105,7 @@ class TaylorAnvil(Problem):
         return Box(lower, upper, (up, across - back, across - back))
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
-        return barycentres(self._rod(resolution))
+        return in_columns(*barycentres(self._rod(resolution)), self.radius / resolution)
 
     def tracers(self) -> np.ndarray:
         """The axis at the top and at the foot, and the rim of the foot."""

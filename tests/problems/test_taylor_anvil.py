@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 
 from mpmbench import case
+from mpmbench.contracts.materials import stress_of
 from mpmbench.core import registry
 from mpmbench.core.energies import dissipated_energy, strain_energy
+from mpmbench.core.geometry.triangulate import barycentres
 from mpmbench.core.simulation import simulate
 from mpmbench.core.stability import wave_speed
+from mpmbench.core.transfer.carry import Update, g2p
+from mpmbench.core.transfer.parts import NOTHING
 from tests.core.support import compose, run
 
 PROBLEM = registry.get("problem", "taylor_anvil")
@@ -54,6 +58,40 @@ def test_the_wall_gives_all_momentum_along_the_axis(basis: str, update: str) -> 
     lost = s.kinetic_given - (kinetic - start)
     assert min(s.contact_energy, lost, stored) > 0.0 and kinetic < start
     assert kinetic + stored + lost + s.contact_energy == pytest.approx(start, rel=0.01)
+
+
+def test_stresses_of_many_particles_are_those_of_each() -> None:
+    """In vectors or one by one, elastic, plastic, or far from where series hold; a batch need not be full."""
+    s = case.build(case.read(compose("taylor_anvil", "mpm", "bspline", resolution=2)))
+    p, n, dt, (start, stop) = s.particles, s.nodes, 1e-7, (5, 470)
+    for _ in range(60):
+        s.time_step = dt
+        s.choices.step(s, dt)
+    p.state[::7, 0] += 0.3
+    F, state, sigma = p.F.copy(), p.state.copy(), p.sigma.copy()
+    strain = Update(False, True, False, False, 1.0)
+    arrays = p.arrays, NOTHING, n.arrays
+    g2p(s.basis.handle, s.law, *arrays, dt, strain, p.material.stop, start, stop)
+    expected, flowed = sigma.copy(), p.state[:, 6] > state[:, 6]
+    for k in range(start, stop):
+        L = (p.F[k] @ np.linalg.inv(F[k]) - np.eye(3)) / dt
+        stress_of(s.law, s.axes, p.F[k], L, dt, state[k], expected[k])
+    assert np.allclose(p.sigma, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
+    assert np.allclose(p.state[:, :7], state[:, :7], rtol=0.0, atol=1e-12)
+    assert np.allclose(p.state[:, 7], state[:, 7], rtol=1e-9)
+    assert np.array_equal(p.sigma[:start], sigma[:start])
+    assert 0.1 < flowed[start:stop].mean() < 0.9
+
+
+def test_particles_of_a_cell_follow_each_other() -> None:
+    """Also when the rod has moved along its axis: there are hardly more changes of the cell than cells."""
+    problem = PROBLEM()
+    X, V0 = problem.seed(4, 3)
+    assert V0.sum() == pytest.approx(barycentres(problem._rod(4))[1].sum(), rel=1e-13)
+    for moved in (0.0, 0.37):
+        cells = np.floor(X / (problem.radius / 4) + [moved, 0.0, 0.0])
+        changes = np.count_nonzero(np.diff(cells, axis=0).any(axis=1))
+        assert changes < 1.1 * len(np.unique(cells, axis=0))
 
 
 def test_a_coarse_rod_comes_out_as_long_as_published() -> None:

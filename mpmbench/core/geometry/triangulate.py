@@ -21,6 +21,16 @@ def barycentres(cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
 RULES = {1: np.full((1, 3), 1.0 / 3.0), 3: np.full((3, 3), 1.0 / 6.0) + 0.5 * np.eye(3)}
 
 
+def in_columns(X: np.ndarray, V0: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points and their volumes in columns along the first axis, so wide [m], and in these from below.
+
+    Points in one cell of a grid then follow each other, however far all have moved along that axis:
+    their sums are taken together.
+    """
+    order = np.lexsort([X[:, 0], *np.floor(X[:, :0:-1] / width).T])
+    return X[order], V0[order]
+
+
 def check_points(points: int) -> None:
     """Raise `BadSetting` unless there is a rule with that many points of a triangle."""
     if points not in RULES:
