@@ -28,7 +28,9 @@ from mpmbench.core.state import State
 from mpmbench.core.transfer.carry import Update
 from mpmbench.results.provenance import processor
 
+from .implicit import build
 from .measure import REPEATS, plate
+from .scaling import FINE
 
 ELEMENTS = 40_000_000  # 320 MB each
 CHAINS = (0.0,) * 12  # enough to hide how long one takes, and few enough for the registers
@@ -145,15 +147,22 @@ def roofline() -> None:
     for n in (1, 2):
         limits[n] = bandwidth(n), arithmetic(n)
         print(f"{n:7} {limits[n][0] / 1e9:13.1f} {limits[n][1] / 1e9:20.1f}")
-    print("\nKernels of explicit MPM in 2D, 513 x 513 nodes, 16 particles per cell; by the clock")
+    print(
+        "\nKernels of explicit MPM: 513 x 513 nodes, 16 particles per cell, and 64^3 nodes, 8; by the clock"
+    )
     print(
         f"{'kernel':16} {'threads':>7} {'bytes':>6} {'flop':>6} {'ns':>7} {'GB/s':>7} {'of limit':>8} "
         f"{'GFlop/s':>8} {'of limit':>8} {'bound, ns':>10}"
     )
-    for degree, basis in ((1, "linear"), (2, "bspline")):
-        s = plate(basis, 512)
+    for dim, degree, basis in (
+        (2, 1, "linear"),
+        (2, 2, "bspline"),
+        (3, 1, "linear"),
+        (3, 2, "bspline"),
+    ):
+        s = plate(basis, 512) if dim == 2 else build(*FINE, "method=mpm", f"basis={basis}")
         step(s, 1e-9)
-        traffic, flops, count = bytes_of(s), operations(2, degree), len(s.particles.x)
+        traffic, flops, count = bytes_of(s), operations(dim, degree), len(s.particles.x)
         for name, task in kernels(s).items():
             for n in (1, 2):
                 threads.use(n)
@@ -161,7 +170,7 @@ def roofline() -> None:
                 moved, done = traffic[name] / seconds, flops[name] / seconds
                 bound = max(traffic[name] / limits[n][0], flops[name] / limits[n][1])
                 print(
-                    f"{basis + ' ' + name:16} {n:7} {traffic[name]:6} {flops[name]:6} {seconds * 1e9:7.1f} "
+                    f"{f'{basis} {name}, {dim}D':16} {n:7} {traffic[name]:6} {flops[name]:6} {seconds * 1e9:7.1f} "
                     f"{moved / 1e9:7.1f} {moved / limits[n][0]:8.0%} {done / 1e9:8.1f} "
                     f"{done / limits[n][1]:8.0%} {bound * 1e9:10.1f}"
                 )

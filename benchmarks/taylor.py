@@ -64,7 +64,7 @@ def taylor() -> None:
         "functions": lambda: state.basis.locate(p.x),
         "sums on the nodes": lambda: total_force(state),
         "mass and walls": lambda: (
-            state.mass.assemble(state.basis, p, n.m),
+            state.mass.assemble(state.basis, p, n.m, n.seen),
             state.walls.hold(state, dt),
         ),
         "velocity and stress": lambda: update_particles(state, dt, velocity=True, strain=True),
