@@ -21,6 +21,7 @@ RUNS = [
     PLATE | {"method": "mpm", "basis": "linear", "method.stress_update": "usf"},
     PLATE | {"method": "mpm", "basis": "bspline", "method.stress_update": "musl"},
     PLATE | {"method": "mpm", "basis": "bspline", "method.mass": "consistent"},
+    PLATE | {"resolution": 20, "method": "mpm", "basis": "bspline", "method.mass": "consistent"},
     PLATE | {"method": "mpm", "basis": "bspline", "method.transfer": "pic"},
     PLATE | {"method": "unified", "basis": "bspline"},
     PLATE | {"method": "otm", "basis": "maxent"},
@@ -50,6 +51,7 @@ def after_steps(settings: dict[str, object], count: int) -> dict[str, np.ndarray
 @pytest.mark.parametrize("settings", RUNS, ids=lambda one: " ".join(map(str, one.values())))
 def test_threads_give_the_same_bits(monkeypatch, settings: dict[str, object]) -> None:
     monkeypatch.setattr(threads, "SMALLEST_CHUNK", 16)
+    monkeypatch.setattr(threads, "FEW", 16)
     one = after_steps(settings, 1)
     assert len(threads.chunks(len(one["x"]))) > 4
     for count in (2, 4):

@@ -224,6 +224,23 @@ def spread_one(phi, at, q, work, part, m, column, sums):
 
 
 @answers_by_default
+def add_pairs(phi, at, start, p, n, work, functions, m, phi_p, pairs):
+    """Add ``m phi_k phi_l`` for ``l <= k``, pair after pair, of n points of a batch from `start` on.
+
+    They are the particles from `p` on, of the masses `m`, and all `at` one place; `phi_p` is room for
+    the functions at one.
+    """
+    grad_phi = vector(phi.axes)
+    for b in range(n):
+        pair = 0
+        for k in range(count(phi, at)):
+            phi_p[k] = value(phi, at, k, work, grad_phi)
+            for j in range(k + 1):
+                pairs[pair // len(LANES), pair % len(LANES)] += m[p + b] * phi_p[k] * phi_p[j]
+                pair += 1
+
+
+@answers_by_default
 def place(phi, columns, i, k, j, n):
     """Place of column j in row i of a matrix whose rows have the ascending `columns`, shape (N, K).
 

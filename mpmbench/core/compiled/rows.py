@@ -36,6 +36,15 @@ def groups(n):
     return (n + len(LANES) - 1) // len(LANES)
 
 
+@inlined
+def alike(at, b, n):
+    """Number of points of a batch of n from b on that are at the same place."""
+    e = b + 1
+    while e < n and at[e] == at[b]:
+        e += 1
+    return e - b
+
+
 class _Rows:
     """Writes instructions for rows of one length in an array of the type `kind`."""
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 SMALLEST_CHUNK = 8192  # particles; below twice that there is one chunk
+FEW = 1024  # particles that are worth a chunk where each takes a microsecond
 MOST_CHUNKS = 8
 PAGE = 4096  # bytes
 _pool: ThreadPoolExecutor | None = None
@@ -30,9 +31,9 @@ def use(threads: int) -> None:
     _pool = ThreadPoolExecutor(_others) if _others else None
 
 
-def chunks(particles: int) -> list[tuple[int, int]]:
+def chunks(particles: int, smallest: int | None = None) -> list[tuple[int, int]]:
     """Ranges of particles, which do not depend on the number of threads."""
-    n = min(MOST_CHUNKS, max(1, particles // SMALLEST_CHUNK))
+    n = min(MOST_CHUNKS, max(1, particles // (smallest or SMALLEST_CHUNK)))
     bounds = [particles * c // n for c in range(n + 1)]
     return list(pairwise(bounds))
 
@@ -47,21 +48,33 @@ def apart(particles: int, *shape: int, dtype: DTypeLike = float) -> np.ndarray:
     return padded[:, :n].reshape(rows, *shape)
 
 
-def run(task: Callable[[int, int, int], Any], particles: int) -> list[Any]:
+def run(
+    task: Callable[[int, int, int], Any], particles: int, smallest: int | None = None
+) -> list[Any]:
     """Call ``task(chunk, start, stop)`` for every chunk, and give what each returned.
 
-    An exception in a task is raised here.
+    With less than two of the `smallest` chunks there is one.
     """
-    if particles < 2 * SMALLEST_CHUNK:
+    if particles < 2 * (smallest or SMALLEST_CHUNK):
         return [task(0, 0, particles)]
-    parts = [(c, start, stop) for c, (start, stop) in enumerate(chunks(particles))]
-    results, left = [None] * len(parts), iter(parts)
+    parts = [(c, *part) for c, part in enumerate(chunks(particles, smallest))]
+    return each(lambda c: task(*parts[c]), len(parts))
+
+
+def each(task: Callable[[int], Any], count: int, size: float = np.inf) -> list[Any]:
+    """Call ``task(k)`` for every ``k < count``, and give what each returned.
+
+    All work on `size` numbers; few are not worth a thread. An exception in a task is raised here.
+    """
+    if size < 2 * SMALLEST_CHUNK or _pool is None:
+        return [task(k) for k in range(count)]
+    results, left = [None] * count, iter(range(count))
 
     def work() -> None:
-        for part in left:  # each is taken by one thread
-            results[part[0]] = task(*part)
+        for k in left:  # each is taken by one thread
+            results[k] = task(k)
 
-    helpers = [_pool.submit(work) for _ in range(_others)] if _pool is not None else []
+    helpers = [_pool.submit(work) for _ in range(min(_others, count - 1))]
     try:
         work()
     finally:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mpmbench.core.compiled import compiled, inlined, lean, vector
+from mpmbench.core.compiled import compiled, inlined, lean, threads
 from mpmbench.core.matrix.conjugate_gradients import MOST_ITERATIONS, TOLERANCE
 
 SMALLEST_PIVOT = 1e-10  # of its diagonal entry: with less the particles on a line do not suffice
@@ -19,7 +19,6 @@ SMALLEST_PIVOT = 1e-10  # of its diagonal entry: with less the particles on a li
 class Axes(NamedTuple):
     """Factors of the mass along each axis; a row of M holds the pairs in the order of `offset`."""
 
-    components: tuple[float, ...]  # one entry per component (values unused)
     shape: np.ndarray  # nodes along each axis, shape (dim,)
     offset: np.ndarray  # of a pair along each axis, shape (pairs, dim)
     along: np.ndarray  # A_e, its lower half: [axis, i, i - j], shape (dim, longest, reach + 1)
@@ -37,8 +36,7 @@ class Axes(NamedTuple):
         factor = np.zeros((components, *along.shape))
         held = np.zeros((components, dim, longest), dtype=np.bool_)
         offset = np.ascontiguousarray(digits - (order - 1))
-        unused = (0.0,) * components
-        return cls(unused, shape, offset, along, factor, held, np.zeros(int(shape.prod())))
+        return cls(shape, offset, along, factor, held, np.zeros(int(shape.prod())))
 
 
 @inlined
@@ -51,29 +49,40 @@ def step_on(shape, place):
         place[e] = 0
 
 
-@compiled
-def factorise_axes(axes, values, diagonal, free):
+def factorised(axes: Axes, values: np.ndarray, diagonal: np.ndarray, free: np.ndarray) -> bool:
     """Sum the mass along each axis, and factorise it; returns False where that is impossible."""
-    place = np.zeros(len(axes.shape), np.int64)
-    dim, reach = len(place), axes.along.shape[2] - 1
-    axes.along[:] = 0.0
-    axes.held[:] = True
+    threads.each(lambda e: sum_along(axes, e, values), len(axes.shape), len(values))
+    return bool(factorise_axes(axes, values, diagonal, free))
+
+
+@compiled
+def sum_along(axes, e, values):
+    """Sum the mass along the axis e."""
+    place, A = np.zeros(len(axes.shape), np.int64), axes.along[e]
+    A[:] = 0.0
     for r in range(values.shape[0]):
         for k in range(values.shape[1]):
-            for e in range(dim):
-                if axes.offset[k, e] <= 0:
-                    axes.along[e, place[e], -axes.offset[k, e]] += values[r, k]
-        for c in range(free.shape[1]):
-            if free[r, c]:
-                for e in range(dim):
-                    axes.held[c, e, place[e]] = False
+            if axes.offset[k, e] <= 0:
+                A[place[e], -axes.offset[k, e]] += values[r, k]
         step_on(axes.shape, place)
-    for r in range(values.shape[0]):  # the walk over the grid is at its first node again
+
+
+@compiled
+def factorise_axes(axes, values, diagonal, free):
+    """Factorise what is summed along the axes; returns False where that is impossible."""
+    place = np.zeros(len(axes.shape), np.int64)
+    dim, reach = len(place), axes.along.shape[2] - 1
+    axes.held[:] = True
+    for r in range(values.shape[0]):
         product = 1.0
         for e in range(dim):
             product *= axes.along[e, place[e], 0]
         mass = values[r, diagonal[r]]
         axes.scale[r] = np.sqrt(product / mass) if mass > 0.0 else 0.0
+        for c in range(free.shape[1]):
+            if free[r, c]:
+                for e in range(dim):
+                    axes.held[c, e, place[e]] = False
         step_on(axes.shape, place)
     for c in range(free.shape[1]):
         for e in range(dim):
@@ -95,95 +104,81 @@ def factorise_axes(axes, values, diagonal, free):
 
 
 @lean
-def solve_axes(axes, free, r, z):
-    """``z = (S A S)^-1 r`` on the free components, zero elsewhere, shapes (N, components)."""
-    n, components, reach = r.shape[0], len(axes.components), axes.along.shape[2] - 1
+def solve_axes(axes, c, free, r, z):
+    """``z = (S A S)^-1 r`` of component c where it is free, zero elsewhere, shape (N,)."""
+    n, reach = r.shape[0], axes.along.shape[2] - 1
     for i in range(n):
-        for c in range(components):
-            z[i, c] = r[i, c] * axes.scale[i] if free[i, c] else 0.0
+        z[i] = r[i] * axes.scale[i] if free[i, c] else 0.0
     outer = 1
     for e in range(axes.shape.shape[0]):
-        length = axes.shape[e]
+        L, length = axes.factor[c, e], axes.shape[e]
         inner = n // (outer * length)  # nodes from one to the next along the axis
         for o in range(outer):
             first = o * length * inner
             for i in range(length):
                 row = first + i * inner
                 for k in range(1, min(i, reach) + 1):
+                    known = L[i, k]
                     for j in range(row, row + inner):
-                        for c in range(components):
-                            z[j, c] -= axes.factor[c, e, i, k] * z[j - k * inner, c]
+                        z[j] -= known * z[j - k * inner]
             for i in range(length - 1, -1, -1):
                 row = first + i * inner
+                known = L[i, 0]
                 for j in range(row, row + inner):
-                    for c in range(components):
-                        z[j, c] *= axes.factor[c, e, i, 0]
+                    z[j] *= known
                 for k in range(1, min(length - 1 - i, reach) + 1):
+                    known = L[i + k, k]
                     for j in range(row, row + inner):
-                        for c in range(components):
-                            z[j, c] -= axes.factor[c, e, i + k, k] * z[j + k * inner, c]
+                        z[j] -= known * z[j + k * inner]
         outer *= length
     for i in range(n):
-        for c in range(components):
-            z[i, c] *= axes.scale[i] if free[i, c] else 0.0
+        z[i] *= axes.scale[i] if free[i, c] else 0.0
 
 
 @lean
-def product(components, columns, values, a, out):
-    """As `matrix_product`, with the number of components known to the compiler."""
-    total = vector(components)
+def product(columns, values, a, out):
+    """``out = M a``, shape (N,)."""
     for i in range(a.shape[0]):
-        for c in range(len(components)):
-            total[c] = 0.0
+        total = 0.0
         for k in range(columns.shape[1]):
-            for c in range(len(components)):
-                total[c] += values[i, k] * a[columns[i, k], c]
-        for c in range(len(components)):
-            out[i, c] = total[c]
+            total += values[i, k] * a[columns[i, k]]
+        out[i] = total
 
 
-@compiled
-def conjugate_gradients_by_axes(axes, columns, values, free, rhs, out, r, z, w, s):
-    """As `conjugate_gradients`, with the product over the axes in place of the sweep."""
-    n, components = rhs.shape[0], len(axes.components)
+@lean
+def conjugate_gradients_by_axes(c, axes, columns, values, free, rhs, out, r, z, w, s):
+    """As `conjugate_gradients` for the component c alone, with the product over the axes in place of the sweep."""
+    n, at_rest = rhs.shape[0], True
     for i in range(n):
-        for c in range(components):
-            out[i, c] = 0.0 if free[i, c] else out[i, c]
-    product(axes.components, columns, values, out, w)
+        s[i], w[i] = 0.0 if free[i, c] else out[i, c], 0.0
+        at_rest &= s[i] == 0.0
+    if not at_rest:  # most of what is held is so at zero
+        product(columns, values, s, w)
     for i in range(n):
-        for c in range(components):
-            r[i, c] = rhs[i, c] - w[i, c] if free[i, c] else 0.0
-            s[i, c] = 0.0
-    goal, before = np.zeros(components), np.zeros(components)
-    rz, alpha = np.zeros(components), np.zeros(components)
+        r[i], s[i] = rhs[i, c] - w[i] if free[i, c] else 0.0, 0.0
+        if free[i, c]:
+            out[i, c] = 0.0
+    goal, before = 0.0, 0.0
     for iteration in range(MOST_ITERATIONS):
-        solve_axes(axes, free, r, z)
-        rz[:] = 0.0
+        solve_axes(axes, c, free, r, z)
+        rz = 0.0
         for i in range(n):
-            for c in range(components):
-                rz[c] += r[i, c] * z[i, c]
+            rz += r[i] * z[i]
         if iteration == 0:
-            goal[:] = TOLERANCE**2 * rz
-        if np.all(rz <= goal):
+            goal = TOLERANCE**2 * rz
+        if rz <= goal:
             return iteration
-        for c in range(components):
-            before[c] = rz[c] / before[c] if before[c] > 0.0 else 0.0
         for i in range(n):
-            for c in range(components):
-                s[i, c] = z[i, c] + before[c] * s[i, c]
-        product(axes.components, columns, values, s, w)
-        alpha[:] = 0.0
+            s[i] = z[i] + (rz / before if before > 0.0 else 0.0) * s[i]
+        before = rz
+        product(columns, values, s, w)
+        curvature = 0.0
         for i in range(n):
-            for c in range(components):
-                alpha[c] += s[i, c] * w[i, c]
-        for c in range(components):
-            before[c] = rz[c]
-            if rz[c] > goal[c] and not alpha[c] > 0.0:
-                return -1
-            alpha[c] = rz[c] / alpha[c] if rz[c] > goal[c] else 0.0
+            curvature += s[i] * w[i]
+        if not curvature > 0.0:
+            return -1
         for i in range(n):
-            for c in range(components):
-                if free[i, c]:
-                    out[i, c] += alpha[c] * s[i, c]
-                    r[i, c] -= alpha[c] * w[i, c]
+            if free[i, c]:
+                out[i, c] += rz / curvature * s[i]
+                r[i] -= rz / curvature * w[i]
     return -1

@@ -13,37 +13,88 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.grid.product import GridBasis
-from mpmbench.core.bases.handle import Stencils, count, index, locate, place, scratch, value
-from mpmbench.core.compiled import compiled, vector
+from mpmbench.core.bases.handle import (
+    Stencils,
+    add_pairs,
+    count,
+    index,
+    locate_batch,
+    place,
+    room,
+)
+from mpmbench.core.compiled import compiled, inlined, lean, threads
+from mpmbench.core.compiled.rows import BATCH, LANES, alike, groups
 from mpmbench.core.errors import BrokeDown
-from mpmbench.core.matrix.axes import Axes, conjugate_gradients_by_axes, factorise_axes
+from mpmbench.core.matrix.axes import Axes, conjugate_gradients_by_axes, factorised
 from mpmbench.core.matrix.conjugate_gradients import conjugate_gradients, matrix_product
 from mpmbench.core.matrix.light import LightNodes
 from mpmbench.core.particles import Particles
 
 
 @compiled
-def assemble_rows(phi, x, m, columns, values):
-    """``values[i, place] = sum_p m_p phi_i phi_j``; returns False when a pair has no place."""
-    work, grad_phi = scratch(phi), vector(phi.axes)
-    values[:] = 0.0
-    most = columns.shape[1]
-    stencil, phi_p = np.empty(most, dtype=np.int64), np.empty(most)
-    for p in range(x.shape[0]):
-        at = locate(phi, x, p, work)
-        functions = count(phi, at)
-        if functions > most:
-            return False
-        for k in range(functions):
-            stencil[k], phi_p[k] = index(phi, at, k), value(phi, at, k, work, grad_phi)
-        for k in range(functions):
-            i, weight = stencil[k], m[p] * phi_p[k]
-            for n in range(functions):
-                where = place(phi, columns, i, k, stencil[n], n)
-                if where < 0:
-                    return False
-                values[i, where] += weight * phi_p[n]
+def assemble_rows(phi, functions, x, m, columns, values, touched, start, stop):
+    """``values[i, place] += sum_p m_p phi_i phi_j`` of particles start to stop; False when a pair has no place.
+
+    Particles of one cell that follow each other are added together. `touched` gets the range of
+    rows; `functions` is as long as there are functions at a point of a grid.
+    """
+    touched[0], touched[1] = values.shape[0], 0
+    most, work, at = columns.shape[1], room(phi), np.empty(len(BATCH), np.int64)
+    phi_p, pairs = np.empty(most), np.zeros((groups(most * (most + 1) // 2), len(LANES)))
+    of_grid = np.empty((len(functions), len(functions)), np.int64)
+    for k in range(len(functions)):
+        for j in range(len(functions)):
+            of_grid[k, j] = place(phi, columns, 0, k, 0, j)  # the same for all nodes
+    first, here, fits = start, -1, True
+    while first < stop and fits:
+        n = locate_batch(phi, x, first, min(len(BATCH), stop - first), at, work)
+        b = 0
+        while b < n and fits:
+            if at[b] != here:
+                fits = here < 0 or hand_out(phi, here, of_grid, pairs, columns, values, touched)
+                fits = fits and count(phi, at[b]) <= most
+                here = at[b]
+            same = alike(at, b, n)
+            if fits:
+                add_pairs(phi, here, b, first + b, same, work, functions, m, phi_p, pairs)
+            b += same
+        first += n
+    return fits and (here < 0 or hand_out(phi, here, of_grid, pairs, columns, values, touched))
+
+
+@inlined
+def hand_out(phi, at, of_grid, pairs, columns, values, touched):
+    """Add the pairs at a place to their rows, and set them back to zero; False when one has no place."""
+    pair = 0
+    for k in range(count(phi, at)):
+        i = index(phi, at, k)
+        touched[0], touched[1] = min(touched[0], i), max(touched[1], i + 1)
+        for n in range(k + 1):
+            j, g, b = index(phi, at, n), pair // len(LANES), pair % len(LANES)
+            if of_grid.shape[0] > 0:
+                before, after = of_grid[k, n], of_grid[n, k]
+            else:
+                before, after = place(phi, columns, i, k, j, n), place(phi, columns, j, n, i, k)
+            if before < 0 or after < 0:
+                return False
+            values[i, before] += pairs[g, b]
+            if n < k:
+                values[j, after] += pairs[g, b]
+            pairs[g, b] = 0.0
+            pair += 1
     return True
+
+
+@lean
+def add_parts(parts, touched, values, start, stop):
+    """Add up the rows start to stop of the parts in their order, and set them back to zero."""
+    for i in range(start, stop):
+        values[i] = 0.0
+        for c in range(parts.shape[0]):
+            if touched[c, 0] <= i < touched[c, 1]:
+                for k in range(values.shape[1]):
+                    values[i, k] += parts[c, i, k]
+                    parts[c, i, k] = 0.0
 
 
 class Rows(NamedTuple):
@@ -65,6 +116,8 @@ class SparseMass:
         self.columns = np.zeros((len(fixed), 0), dtype=np.int64)
         self.values = np.zeros((len(fixed), 0))
         self.diagonal = np.zeros(len(fixed), dtype=np.int64)
+        self._parts = np.zeros((1, *self.values.shape))  # sums of chunks of particles
+        self._touched = np.zeros((1, 2), dtype=np.int64)
         self._axes: Axes | None = None  # on grids, where they make a good guess
         self._by_axes = False
         self._force, *self._work = (np.zeros(fixed.shape) for _ in range(5))
@@ -72,15 +125,17 @@ class SparseMass:
     def assemble(
         self, basis: Basis, p: Particles, m_i: np.ndarray, seen: np.ndarray | None = None
     ) -> None:
-        if not self.columns.shape[1] or not assemble_rows(
-            basis.handle, p.x, p.m, self.columns, self.values
-        ):
+        if not self.columns.shape[1] or not self._sum(basis, p):
             self.columns, self.diagonal = pattern(basis, p.x)
+            # memory for each chunk only where rows are short
+            chunked, shape = len(p.x) if isinstance(basis, GridBasis) else 0, self.columns.shape
+            self._parts = threads.apart(chunked, *shape)
+            self._touched = threads.apart(chunked, 2, dtype=np.int64)
             if isinstance(basis, GridBasis):
                 grid = basis.handle
                 self._axes = Axes.empty(grid.shape, len(grid.order), self.fixed.shape[1])
-            self.values = np.zeros(self.columns.shape)
-            assemble_rows(basis.handle, p.x, p.m, self.columns, self.values)
+            self.values = np.zeros(shape)
+            self._sum(basis, p)
         mass = self.values[np.arange(len(self.fixed)), self.diagonal]
         self.active = mass > 0.0
         self.system = Rows(self.columns, self.values, self.diagonal)
@@ -92,7 +147,7 @@ class SparseMass:
         self._by_axes = (
             whole
             and self._axes is not None
-            and factorise_axes(self._axes, self.values, self.diagonal, self.free)
+            and factorised(self._axes, self.values, self.diagonal, self.free)
         )
         unknowns = int(self.free.sum(axis=0).max())
         if unknowns > len(p.x) - p.tracers:
@@ -101,13 +156,35 @@ class SparseMass:
                 f"{len(p.x) - p.tracers} particles"
             )
 
+    def _sum(self, basis: Basis, p: Particles) -> bool:
+        """Sum the values; False when the pattern lacks a pair."""
+
+        def add(c: int, start: int, stop: int) -> bool:
+            own = self.columns, self._parts[c], self._touched[c]
+            return bool(assemble_rows(basis.handle, functions, p.x, p.m, *own, start, stop))
+
+        def add_up(c: int, start: int, stop: int) -> None:
+            add_parts(self._parts, self._touched, self.values, start, stop)
+
+        on_grid = isinstance(basis, GridBasis)
+        functions = (0.0,) * basis.handle.width if on_grid else ()
+        found = threads.run(add, len(p.x)) if on_grid else [add(0, 0, len(p.x))]
+        threads.run(add_up, len(self.values))
+        return all(found)
+
     def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
         out[~self.fixed & ~self.active[:, None]] = 0.0
         force = self.light_nodes.gathered(rhs, self._force)
         if self._by_axes:
-            rows = self._axes, self.columns, self.values
-            found = conjugate_gradients_by_axes(*rows, self.free, force, out, *self._work)
-            self._by_axes = found >= 0
+            assert self._axes is not None
+            dim, rows = rhs.shape[1], (self._axes, self.columns, self.values, self.free)
+            room = [part.reshape(dim, -1) for part in self._work]
+
+            def component(c: int) -> int:
+                own = (part[c] for part in room)
+                return int(conjugate_gradients_by_axes(c, *rows, force, out, *own))
+
+            self._by_axes = min(threads.each(component, dim, len(rhs))) >= 0
             for part in () if self._by_axes else self._work:
                 part[:] = 0.0  # no NaN may be left, which unused places would multiply by 0
         if not self._by_axes and (

@@ -21,6 +21,7 @@ from mpmbench.core.compiled.rows import (
     GROUPS,
     LANES,
     add_multiple,
+    alike,
     groups,
     put,
     put_rows,
@@ -79,15 +80,6 @@ def g2p(phi, law, p, part, nodes, dt, update, solid, start, stop):
         if update.strain and first < solid:
             strain(axes, squared(axes), law, p, first, n, dt, fields)
         first += n
-
-
-@inlined
-def alike(at, b, n):
-    """Number of points of a batch of n from b on that are at the same place."""
-    e = b + 1
-    while e < n and at[e] == at[b]:
-        e += 1
-    return e - b
 
 
 @inlined

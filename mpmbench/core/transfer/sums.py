@@ -25,6 +25,7 @@ from mpmbench.core.compiled.rows import (
     BATCH,
     GROUPS,
     LANES,
+    alike,
     groups,
     lanes_for,
     set_multiple,
@@ -33,7 +34,6 @@ from mpmbench.core.compiled.rows import (
 )
 from mpmbench.core.nodes import over
 from mpmbench.core.particles import SEEN
-from mpmbench.core.transfer.carry import alike
 from mpmbench.core.transfer.parts import NOTHING, also_spread
 
 

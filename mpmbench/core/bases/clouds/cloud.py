@@ -105,7 +105,7 @@ class CloudBasis(StoredBasis):
             strict = most < len(self.nodes)
             self._fill_points(clouds, points[start:stop], strict, stored, failed)
 
-        threads.run(part, len(x))
+        threads.run(part, len(x), threads.FEW)
         self.repaired = 0
         if least < self.minimum_nodes or failed.any():
             few = stored.size < self.minimum_nodes
@@ -121,6 +121,7 @@ class CloudBasis(StoredBasis):
         found = threads.run(
             lambda c, *part: list_near(self._buckets, self.nodes, x, self.radius, *part, stored),
             len(x),
+            threads.FEW,
         )
         if (most := max(found)[0]) < stored.width:
             return stored, most, min(least for _, least in found)

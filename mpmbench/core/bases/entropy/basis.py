@@ -253,7 +253,7 @@ class EntropyBasis(Basis):
         iterations: np.ndarray,
         starts: np.ndarray,
     ) -> Stencils:
-        ends = [(DONE, -1, 0)] * len(threads.chunks(len(x)))
+        ends = [(DONE, -1, 0)] * len(threads.chunks(len(x), threads.FEW))
 
         growth = cloud.metric.growth
         most = longest_list(cloud) if len(growth) else self._longest
@@ -277,7 +277,7 @@ class EntropyBasis(Basis):
                 hold_by_nearest(self.nodes, x, at, stored)
                 at += 1
 
-        threads.run(part, len(x))
+        threads.run(part, len(x), threads.FEW)
         failed = [end for end in ends if end[0] != DONE]
         if any(end[0] == TOO_NARROW for end in failed):
             # a little room to spare, because nodes that move change their neighbours

@@ -353,7 +353,8 @@ ANSWERS: dict[Callable[..., Any], Callable[..., Any]] = {
     interpolate: _interpolate,
     place: _place,
 }
-import mpmbench.core.bases.grid.moments  # noqa: E402, F401 - which adds its own answers
+import mpmbench.core.bases.grid.moments  # noqa: E402 - which adds its own answers
+import mpmbench.core.bases.grid.pairs  # noqa: E402, F401
 
 
 @compiled
