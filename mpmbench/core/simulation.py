@@ -152,16 +152,8 @@ def build_state(
         mass: Mass = KeptMass(fixed, choices.mass_cutoff, masses_of_start(own, p))
     else:
         mass = make_mass(choices, fixed, functions, p)
-    state = State(
-        p,
-        Nodes.zeros(*functions.nodes.shape),
-        functions,
-        mass,
-        material,
-        choices,
-        fixed,
-        body.loads,
-    )
+    nodes = Nodes.zeros(*functions.nodes.shape)
+    state = State(p, nodes, functions, mass, material, choices, fixed, body.loads)
     if body.loads.traction is not None:
         state.traction_particle = loaded_points(p, len(body.loads.traction(0.0)), choices.traction)
     state.initial_nodes, state.geometry = reference, body.geometry
