@@ -1,7 +1,7 @@
 """Explicit MPM beside the same in Taichi and warp: one state, one thread, rounds interleaved.
 
 ``python -m benchmarks peers`` prints the table, with 65^3 nodes after ``--large``; ``--write`` also
-writes it to `benchmarks/peers.md`.
+writes it to `benchmarks/peers.md`, beside the tables of other processors.
 Peers are written by us, as plainly as a good user would: loops over particles in the order of their
 cells, stress from F where it is needed. A round is the same 20 steps from the same start, after
 which particles agree to `DIGITS` digits or the section fails. The material stays some cells away
@@ -235,5 +235,14 @@ def main(arguments: Sequence[str]) -> int:
 
     table(say, SIZES + LARGE if "--large" in arguments else SIZES)
     if "--write" in arguments:
-        WRITTEN.write_text("\n".join(["# Beside its peers\n", *lines, ""]))
+        write("\n".join(lines))
     return 0
+
+
+def write(measured_here: str) -> None:
+    """Put a table under the name of this processor, in the place of an older one."""
+    sections = WRITTEN.read_text().split("\n## ")[1:] if WRITTEN.exists() else []
+    tables = dict(section.split("\n\n", 1) for section in sections)
+    tables[processor()] = measured_here
+    text = [f"## {name}\n\n{tables[name].strip()}\n" for name in sorted(tables)]
+    WRITTEN.write_text("\n".join(["# Beside its peers\n", *text]))

@@ -121,6 +121,17 @@ def test_the_table_is_written_only_when_asked_and_large_sizes_too(
     assert "18^2 nodes, quadratic" in written
 
 
+def test_a_table_takes_the_place_of_its_processors_own_and_leaves_others(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(peers, "WRITTEN", tmp_path / "peers.md")
+    for name, text in (("old", "| 1 |"), ("new", "| 2 |\n\n| 3 |"), ("old", "| 4 |")):
+        monkeypatch.setattr(peers, "processor", lambda name=name: name)
+        peers.write(text)
+    written = peers.WRITTEN.read_text()
+    assert written == "# Beside its peers\n\n## new\n\n| 2 |\n\n| 3 |\n\n## old\n\n| 4 |\n"
+
+
 def test_the_ratio_is_above_one_where_the_peer_is_slower() -> None:
     ratio = peers.ahead([1.0, 1.1, 0.9], [2.0, 2.2, 1.8])
     assert np.exp(ratio.shift) == pytest.approx(2.0)
