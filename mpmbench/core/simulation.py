@@ -319,7 +319,7 @@ class Watch:
             own = slice(*rows)
             strain += strain_energy(material.law, s.axes, p.F[own], p.state[own], p.V0[own])
             lost += dissipated_energy(material, p, own)
-        m, x, v, _ = s.carriers
+        m, x, v, *_ = s.carriers
         momentum = m @ v
         arm, velocity = np.zeros((len(x), 3)), np.zeros((len(x), 3))
         arm[:, : p.dimension], velocity[:, : p.dimension] = x, v
@@ -356,8 +356,8 @@ class Watch:
         s = self.state
         if s.kinetic_given is None:
             return 0.0
-        m, _, v, _ = s.movers
-        return s.kinetic_given - (kinetic_energy(m, v) - self.kinetic_at_start)
+        kinetic = kinetic_energy(s.movers.m, s.movers.v)
+        return s.kinetic_given - (kinetic - self.kinetic_at_start)
 
     def snapshot(self) -> None:
         """Copy the particles."""

@@ -21,12 +21,13 @@ from mpmbench.core.walls import Walls
 
 
 class Carriers(NamedTuple):
-    """Masses [kg], shape (n,), and places, velocities and accelerations, shape (n, dim), of what has the momentum."""
+    """Masses [kg], shape (n,), and places, velocities and accelerations, shape (n, dim), of nodes or particles."""
 
     m: np.ndarray
     x: np.ndarray
     v: np.ndarray
     a: np.ndarray
+    on_nodes: bool
 
 
 @dataclass
@@ -143,8 +144,8 @@ class State:
         """What momentum is that of: particles, or nodes that keep their masses."""
         p, n = self.particles, self.nodes
         if isinstance(self.mass, KeptMass):
-            return Carriers(self.mass.kept, self.basis.nodes, n.v, n.a)
-        return Carriers(p.m, p.x, p.v, p.a)
+            return Carriers(self.mass.kept, self.basis.nodes, n.v, n.a, True)
+        return Carriers(p.m, p.x, p.v, p.a, False)
 
     @property
     def movers(self) -> Carriers:
@@ -155,12 +156,12 @@ class State:
         """
         n, own = self.nodes, self.transfer.velocity_on_nodes and not self.choices.frozen
         if own and self.choices.mass == "lumped":
-            return Carriers(n.m, self.basis.nodes, n.v, n.a)
+            return Carriers(n.m, self.basis.nodes, n.v, n.a, True)
         return self.carriers
 
     def of_body(self, carried: Carriers, body: int) -> slice | np.ndarray:
         """Which of these are those of a body."""
-        if carried.x is self.basis.nodes:
+        if carried.on_nodes:
             return np.flatnonzero(self.bodies.node == body)
         return self.bodies.particles(body)
 

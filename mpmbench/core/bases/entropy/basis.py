@@ -35,7 +35,7 @@ LARGEST_ENLARGEMENT = 2.0
 ENLARGEMENT = 1.15  # at each attempt
 NO_SUPPORT = 1e-100  # radius of a node that nobody sees [m]
 SPARE = (
-    0.05  # of a support: cells list nodes so far beyond it, until nodes have moved by half of that
+    0.05  # of a support: cells list nodes so far beyond it, until these have moved by half of it
 )
 
 

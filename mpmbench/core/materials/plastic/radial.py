@@ -195,9 +195,7 @@ def _strain_all(law, axes, fields, first, dt, F, V, state, sigma, n):
         D, _, work = increment_of_plastic_strain(law, trial, dt, history)
         if D > 0.0:
             plastic = True
-            scalars[KEPT, b] = (
-                1.0 - 3.0 * law.shear * D / trial
-            )  # part of the deviator that is left
+            scalars[KEPT, b] = 1.0 - 3.0 * law.shear * D / trial  # of the deviator
             history[PLASTIC_STRAIN] += D
             history[PLASTIC_WORK] += work
             warm(law, log_J, work, history)
