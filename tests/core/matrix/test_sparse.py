@@ -8,7 +8,9 @@ from numba import njit
 from mpmbench.core.bases.grid.bspline import BSpline
 from mpmbench.core.bases.handle import Stencils, place
 from mpmbench.core.geometry import Box
-from mpmbench.core.matrix.sparse import pattern
+from mpmbench.core.matrix.light import LightNodes
+from mpmbench.core.matrix.sparse import SparseMass, pattern
+from mpmbench.core.particles import Particles
 
 
 class OwnHandle(NamedTuple):
@@ -50,3 +52,17 @@ def test_places_are_searched_for_where_a_handle_does_not_say() -> None:
     handle = OwnHandle((0.0, 0.0))
     assert [place_of(handle, 0, j) for j in (1, 6, 9, 5)] == [0, 2, 3, -1]
     assert [place_of(handle, 1, j) for j in (2, 9, 1)] == [1, 2, -1]
+
+
+def test_the_sum_over_cells_is_that_over_particles() -> None:
+    """``M = sum_p m_p phi_i phi_j`` of particles of different masses, some alone in their cell."""
+    basis = BSpline().build(Box((0.0, 0.0), (1.0, 1.0), (3, 4)), 1, False)
+    random = np.random.default_rng(7)
+    p = Particles.at_rest(random.uniform(0.0, 1.0, (60, 2)), np.full(60, 1.0 / 60.0), 1.0)
+    p.m[:] = random.uniform(0.5, 1.5, 60)
+    fixed = np.zeros((len(basis.nodes), 2), dtype=bool)
+    mass = SparseMass(fixed, LightNodes(0.0, fixed))
+    phi = basis.evaluate(p.x).matrix(len(basis.nodes))
+    mass.assemble(basis, p, phi.T @ p.m)
+    a = random.standard_normal(fixed.shape)
+    np.testing.assert_allclose(mass.multiply(a), phi.T @ (p.m[:, None] * (phi @ a)), atol=1e-14)
