@@ -19,7 +19,9 @@ COMPILES = re.compile(
     r"|^\w+ = (compiled|lean|inlined|summing|njit)\(",
     re.MULTILINE,
 )
-IMPORTS = re.compile(r"^from mpmbench\.([\w.]+) import (\([^)]*\)|[^(\n]*)", re.MULTILINE)
+IMPORTS = re.compile(
+    r"^(?:from|import) mpmbench\.([\w.]+)(?: import (\([^)]*\)|[^(\n]*))?", re.MULTILINE
+)
 LONGEST_NAME = 180  # bytes for the words in the name of a file, which may have 255 in all
 
 

@@ -65,6 +65,7 @@ def test_kernels_are_compiled_anew_after_changes_in_what_they_are_compiled_from_
         "core/compiled/rows.py",
         "core/walls.py",
         "core/state.py",
+        "core/bases/grid/pairs.py",  # by name, and without a decorator of its own
     } <= found  # imported by kernels
     assert {"problems/plate_axis_aligned.py"} <= found  # its body force is compiled
     assert found.isdisjoint({"problems/soil_column.py", "core/loops/newmark.py", "case/build.py"})
