@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mpmbench.core.bases.handle import Stencils
-from mpmbench.core.nodes import hold_fixed, over
+from mpmbench.core.nodes import hold_fixed
 from mpmbench.core.particles import Particles
 from mpmbench.core.transfer.sums import p2g_momentum
 from mpmbench.core.walls import Wall
@@ -109,7 +109,8 @@ def constrain(s: "State", dt: float) -> None:
     if not at_rest:
         change = s.loads.increment(s.initial_nodes, s.time, dt)
         n.v[s.fixed] = change[s.fixed] / dt
-    over(hold_fixed, n.seen, s.fixed, at_rest, dt, n.v_old, n.v, n.a)
+    if len(s.held):
+        hold_fixed(s.held, n.axes, n.m, s.fixed, at_rest, dt, n.v_old, n.v, n.a)
 
 
 def reaction_work(s: "State", dt: float) -> float:

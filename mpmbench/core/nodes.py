@@ -13,6 +13,8 @@ import numpy as np
 from mpmbench.core.compiled import lean, threads
 from mpmbench.core.compiled.rows import LANES
 
+FULL = np.uint64(0x0101010101010101)  # eight marks that are all set
+
 
 class NodeArrays(NamedTuple):
     """Velocities and accelerations of `Nodes`, as compiled loops take them, and both in rows of a vector's length."""
@@ -43,8 +45,11 @@ class Nodes:
         Nodes that no particle saw then, shape (N, 1) of bool.
     keep_velocities : bool
         Nodes that nothing sees any more keep their velocities, which are zero otherwise.
-    seen : ndarray of int
-        Numbers of the nodes that points see, ascending; all of them until the first sums.
+    axes : tuple of float
+        As many zeros as there are dimensions, over which loops unroll.
+    seen : list of ndarray of int
+        Stretches of numbers of nodes that points see, ``start <= i < stop`` in rows, shape (n, 2), in one
+        array for each part of the nodes; all nodes until the first sums.
     """
 
     m: np.ndarray
@@ -58,13 +63,18 @@ class Nodes:
     v_last: np.ndarray
     new: np.ndarray
     keep_velocities: bool = False
-    seen: np.ndarray = field(init=False)
+    axes: tuple[float, ...] = field(init=False)
+    seen: list[np.ndarray] = field(init=False)
 
     def __post_init__(self) -> None:
-        self._any = np.zeros(-(-len(self.m) // 8), dtype=np.uint64)  # marks in any row
+        self.axes = (0.0,) * self.v.shape[1]
+        words = -(-len(self.m) // 8)  # eight marks each
+        self._any = np.zeros(words, dtype=np.uint64)  # marks in any row
         self._both = np.zeros((0, len(LANES)))
-        self._lists = [np.zeros(len(self.m) + 1, dtype=np.int64) for _ in range(2)]
-        self.seen = np.arange(len(self.m))
+        self._parts = threads.chunks(words, threads.SMALLEST_CHUNK // 8)
+        rooms = [np.zeros((4 * (stop - start), 2), dtype=np.int64) for start, stop in self._parts]
+        self._rooms = [(room, room.copy()) for room in rooms]
+        self.seen = stretches(np.ones(len(self.m), dtype=np.bool_))
 
     @property
     def arrays(self) -> NodeArrays:
@@ -76,7 +86,7 @@ class Nodes:
         """The same with rows of velocity and acceleration, which the default of `interpolate` takes."""
         if not len(self._both):
             self._both = np.zeros((len(self.m), len(LANES)))
-        over(join, self.seen, self.v, self.a, self._both)
+        over(join, self.seen, self.axes, self.v, self.a, self._both)
         return self.arrays
 
     @classmethod
@@ -86,145 +96,156 @@ class Nodes:
 
     def look(self, marks: np.ndarray) -> None:
         """Find the nodes that are seen, by their marks, shape (rows, N) or longer; the others have nothing any more."""
-        self._lists.reverse()  # the last one is still needed
-        before, now = self.seen, self._lists[0]
-        self.seen = now[
-            : list_marked(marks.view(np.uint64), self._any, self._any.view(np.uint8), now)
-        ]
-        leave(
-            before,
-            self._any.view(np.uint8),
-            self.keep_velocities,
-            self.m,
-            *self._vectors(),
-            self.new,
-        )
-
-    def _vectors(self) -> tuple[np.ndarray, ...]:
-        """All that is zero where nothing is seen, and velocities."""
-        return self.q, self.f_internal, self.f_external, self.f, self.a, self.v
+        words, of_any, mark = marks.view(np.uint64), self._any, self._any.view(np.uint8)
+        seen, vectors = [], (self.q, self.f_internal, self.f_external, self.f, self.a, self.v)
+        self._rooms = [room[::-1] for room in self._rooms]  # the last one is still needed
+        for part, (room, _) in zip(self._parts, self._rooms, strict=True):
+            seen.append(room[: find_marked(words, *part, of_any, mark, room)])
+        for before in self.seen:
+            leave(before, self.axes, mark, self.keep_velocities, self.m, *vectors, self.new)
+        self.seen = seen
 
 
-def over(kernel: Callable[..., Any], seen: np.ndarray, *arguments: Any) -> list[Any]:
-    """What ``kernel(seen, *arguments, start, stop)`` returns for each part of the nodes that are seen."""
-    return threads.run(lambda _, start, stop: kernel(seen, *arguments, start, stop), len(seen))
+def over(kernel: Callable[..., Any], seen: list[np.ndarray], *arguments: Any) -> list[Any]:
+    """What ``kernel(stretches, *arguments)`` returns for each part of the nodes that are seen."""
+    return threads.each(lambda c: kernel(seen[c], *arguments), len(seen))
+
+
+def stretches(marked: np.ndarray) -> list[np.ndarray]:
+    """Stretches of the nodes that are `marked`, shape (N,) of bool, in one part."""
+    return [np.flatnonzero(np.diff(marked, prepend=False, append=False)).reshape(-1, 2)]
 
 
 @lean
-def list_marked(words, of_any, mark, numbers):
-    """Write the numbers of the nodes that have a mark in any row, ascending; returns how many.
+def find_marked(words, first, last, of_any, mark, found):
+    """Write the stretches of nodes that have a mark in any row, shape (n, 2); returns how many.
 
     `words` are the marks, eight at a time, and so is `of_any`, where those of any row are written, whose
-    bytes are `mark`.
+    bytes are `mark`; this is done for the words `first` to `last`.
     """
-    found = 0
-    for w in range(of_any.shape[0]):
+    n, inside = 0, False
+    for w in range(first, last):
         some = np.uint64(0)
         for c in range(words.shape[0]):
             some |= words[c, w]
         of_any[w] = some
-        if some != 0:
-            for i in range(8 * w, 8 * w + 8):
-                if mark[i] != 0:
-                    numbers[found] = i
-                    found += 1
-    return found
+        if some == (FULL if inside else np.uint64(0)):
+            continue
+        for i in range(8 * w, 8 * w + 8):
+            if (mark[i] != 0) != inside:
+                found[n, 1 if inside else 0] = i
+                n += 1 if inside else 0
+                inside = not inside
+    if inside:
+        found[n, 1] = 8 * last
+        n += 1
+    return n
 
 
 @lean
-def leave(before, mark, keep_velocities, m, q, f_internal, f_external, f, a, v, new):
+def leave(before, axes, mark, keep_velocities, m, q, f_internal, f_external, f, a, v, new):
     """Set to zero what nodes had that were seen `before` and have no mark now."""
     for n in range(before.shape[0]):
-        i = before[n]
-        if mark[i] != 0:
-            continue
-        m[i], new[i, 0] = 0.0, True
-        for d in range(q.shape[1]):
-            q[i, d] = f_internal[i, d] = f_external[i, d] = f[i, d] = a[i, d] = 0.0
-            if not keep_velocities:
-                v[i, d] = 0.0
+        for i in range(before[n, 0], before[n, 1]):
+            if mark[i] != 0:
+                continue
+            m[i], new[i, 0] = 0.0, True
+            for d in range(len(axes)):
+                q[i, d] = f_internal[i, d] = f_external[i, d] = f[i, d] = a[i, d] = 0.0
+                if not keep_velocities:
+                    v[i, d] = 0.0
 
 
 @lean
-def hold_fixed(seen, fixed, at_rest, dt, v_old, v, a, start, stop):
-    """Accelerations that take fixed components to their velocities, zero where all are `at_rest`, within the step."""
-    for n in range(start, stop):
-        i = seen[n]
-        for d in range(v.shape[1]):
-            if fixed[i, d]:
+def hold_fixed(held, axes, m, fixed, at_rest, dt, v_old, v, a):
+    """Accelerations that take fixed components to their velocities, zero where all are `at_rest`, within the step.
+
+    Nodes that are `held` have some; those without mass are not seen.
+    """
+    for n in range(held.shape[0]):
+        i = held[n]
+        for d in range(len(axes)):
+            if fixed[i, d] and m[i] != 0.0:
                 if at_rest:
                     v[i, d] = 0.0
                 a[i, d] = (v[i, d] - v_old[i, d]) / dt
 
 
 @lean
-def accelerate(seen, fixed, drag, dt, f, v_old, v_last, new, v, a, start, stop):
+def accelerate(seen, axes, fixed, drag, dt, f, v_old, v_last, new, v, a):
     """``v = v_old + dt a``; returns the power ``f . v_last``, where new nodes strained with `v_old`."""
     power = 0.0
-    for n in range(start, stop):
-        i = seen[n]
-        for d in range(v.shape[1]):
-            if drag > 0.0 and not fixed[i, d]:
-                a[i, d] -= drag * v_old[i, d]
-            v[i, d] = v_old[i, d] + dt * a[i, d]
-            if new[i, 0]:
-                v_last[i, d] = v_old[i, d]
-            power += f[i, d] * v_last[i, d]
+    for n in range(seen.shape[0]):
+        for i in range(seen[n, 0], seen[n, 1]):
+            own = 0.0
+            for d in range(len(axes)):
+                if drag > 0.0 and not fixed[i, d]:
+                    a[i, d] -= drag * v_old[i, d]
+                v[i, d] = v_old[i, d] + dt * a[i, d]
+                if new[i, 0]:
+                    v_last[i, d] = v_old[i, d]
+                own += f[i, d] * v_last[i, d]
+            power += own
     return power
 
 
 @lean
-def note_strains(seen, share, before, f_internal, v, v_last, new, start, stop):
+def note_strains(seen, axes, share, before, f_internal, v, v_last, new):
     """Keep the velocities that strain the particles for a `share` of the step; returns ``f_internal . v``.
 
     `before` is the rest of the step in which they were strained already, with what is in `v_last`, or 0.
     """
     power = 0.0
-    for n in range(start, stop):
-        i = seen[n]
-        for d in range(v.shape[1]):
-            power += f_internal[i, d] * v[i, d]
-            if before == 0.0:
-                v_last[i, d] = share * v[i, d]
-            else:
-                v_last[i, d] = share * v[i, d] + (before * v[i, d] if new[i, 0] else v_last[i, d])
-        new[i, 0] = False
+    for n in range(seen.shape[0]):
+        for i in range(seen[n, 0], seen[n, 1]):
+            own = 0.0
+            for d in range(len(axes)):
+                own += f_internal[i, d] * v[i, d]
+                if before == 0.0:
+                    v_last[i, d] = share * v[i, d]
+                else:
+                    first = before * v[i, d] if new[i, 0] else v_last[i, d]
+                    v_last[i, d] = share * v[i, d] + first
+            power += own
+            new[i, 0] = False
     return power
 
 
 @lean
-def scalar_product(seen, f, v, start, stop):
+def scalar_product(seen, axes, f, v):
     """``f . v``."""
     total = 0.0
-    for n in range(start, stop):
-        i = seen[n]
-        for d in range(v.shape[1]):
-            total += f[i, d] * v[i, d]
+    for n in range(seen.shape[0]):
+        for i in range(seen[n, 0], seen[n, 1]):
+            own = 0.0
+            for d in range(len(axes)):
+                own += f[i, d] * v[i, d]
+            total += own
     return total
 
 
 @lean
-def add_multiple_of(seen, base, factor, change, out, start, stop):
+def add_multiple_of(seen, axes, base, factor, change, out):
     """``out = base + factor change``."""
-    for n in range(start, stop):
-        i = seen[n]
-        for d in range(out.shape[1]):
-            out[i, d] = base[i, d] + factor * change[i, d]
+    for n in range(seen.shape[0]):
+        for i in range(seen[n, 0], seen[n, 1]):
+            for d in range(len(axes)):
+                out[i, d] = base[i, d] + factor * change[i, d]
 
 
 @lean
-def copy(seen, source, out, start, stop):
+def copy(seen, axes, source, out):
     """``out = source``."""
-    for n in range(start, stop):
-        for d in range(out.shape[1]):
-            out[seen[n], d] = source[seen[n], d]
+    for n in range(seen.shape[0]):
+        for i in range(seen[n, 0], seen[n, 1]):
+            for d in range(len(axes)):
+                out[i, d] = source[i, d]
 
 
 @lean
-def join(seen, v, a, both, start, stop):
+def join(seen, axes, v, a, both):
     """Write v and, behind it, a to each row."""
-    dim = v.shape[1]
-    for n in range(start, stop):
-        i = seen[n]
-        for d in range(dim):
-            both[i, d], both[i, dim + d] = v[i, d], a[i, d]
+    for n in range(seen.shape[0]):
+        for i in range(seen[n, 0], seen[n, 1]):
+            for d in range(len(axes)):
+                both[i, d], both[i, len(axes) + d] = v[i, d], a[i, d]

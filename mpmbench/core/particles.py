@@ -2,6 +2,7 @@
 
 from collections import namedtuple
 from dataclasses import dataclass, field
+from functools import cached_property
 from operator import attrgetter
 
 import numpy as np
@@ -162,6 +163,11 @@ class Particles:
     @property
     def dimension(self) -> int:
         return int(self.x.shape[1])
+
+    @cached_property
+    def heaviest(self) -> float:
+        """The largest mass [kg]; masses do not change."""
+        return float(self.m.max(initial=0.0))
 
     @property
     def material(self) -> slice:

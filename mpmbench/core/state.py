@@ -49,6 +49,8 @@ class State:
         particles besides: what these did not take is the loss in transfers.
     time_step : float
         Size of the last step [s].
+    held : ndarray of int
+        Numbers of the nodes with a fixed component.
     initial_nodes : ndarray
         Places of the nodes [m], shape (N, dim), in the reference configuration.
     geometry : Geometry or None
@@ -118,6 +120,7 @@ class State:
     balanced: bool = False
     keep_accelerations: bool = False
     samples: int = 200
+    held: np.ndarray = field(init=False)
     bodies: Bodies = field(init=False)
     contact: Contact = field(default_factory=Contact)
     law: Any = field(init=False)
@@ -132,6 +135,7 @@ class State:
         self.bodies = Bodies.single(self.material, len(p.x), p.tracers)
         self.axes = (0.0,) * p.dimension
         self.initial_nodes = self.basis.nodes.copy()
+        self.held = np.flatnonzero(self.fixed.any(axis=1))
         self.transfer = find_transfer(self.choices.transfer)
         self.nodes.keep_velocities = self.transfer.velocity_on_nodes
         body_force = self.loads.body_force is not None
@@ -180,4 +184,5 @@ class State:
         landed = self.loads.landing(self.basis.nodes) & ~self.fixed
         if landed.any():
             self.fixed |= landed
+            self.held = np.flatnonzero(self.fixed.any(axis=1))
             self.nodes.v[landed], self.nodes.a[landed] = 0.0, 0.0

@@ -118,8 +118,8 @@ class Walls:
         self._touched[:] = False
         places = self.normal, self.offset, s.basis.nodes, self.moved
         marks = s.mass.light_nodes.light, s.fixed, impulse, self._gap, self._touched
-        over(copy, n.seen, n.v, self._free)
-        while meet(n.seen, *places, n.m, n.v, dt, *marks):
+        over(copy, n.seen, n.axes, n.v, self._free)
+        while any(over(meet, n.seen, n.axes, *places, n.m, n.v, dt, *marks)):
             wall, node = np.nonzero(self._touched)
             contacts = Contacts(
                 node, self.normal[wall], self.friction[wall], self._gap[wall, node] / dt, n.m[node]
@@ -131,15 +131,15 @@ class Walls:
             self.nodal_impulse[wall, node] = found
             impulse = self.nodal_impulse
             correction = contacts.answer(s, found)
-            over(add_multiple_of, n.seen, self._free, 1.0, correction, n.v)
+            over(add_multiple_of, n.seen, n.axes, self._free, 1.0, correction, n.v)
         if not self._touched.any():
             return 0.0
-        over(add_multiple_of, n.seen, n.a, 1.0 / dt, correction, n.a)
+        over(add_multiple_of, n.seen, n.axes, n.a, 1.0 / dt, correction, n.a)
         return 0.5 * float(np.sum(found * (n.v_last[node] + n.v[node])))
 
 
 @lean
-def meet(seen, normal, offset, nodes, moved, m, v, dt, light, fixed, impulse, gap, touched):
+def meet(seen, axes, normal, offset, nodes, moved, m, v, dt, light, fixed, impulse, gap, touched):
     """Mark contacts, shape (W, N), of nodes that come through a wall in the step, or had an impulse of it.
 
     Writes the distances of nodes at `nodes` [m], shape (N, dim), from the walls, as `Walls.gap` says.
@@ -147,18 +147,18 @@ def meet(seen, normal, offset, nodes, moved, m, v, dt, light, fixed, impulse, ga
     """
     some = False
     for n in range(seen.shape[0]):
-        i = seen[n]
-        if not m[i] > 2.0 * SEEN or light[i] or not is_free(fixed, i):
-            continue
-        for w in range(normal.shape[0]):
-            distance, approach, had = -offset[w], 0.0, False
-            for d in range(normal.shape[1]):
-                distance += normal[w, d] * (nodes[i, d] + moved[i, d])
-                approach += normal[w, d] * v[i, d]
-                had = had or impulse[w, i, d] != 0.0
-            gap[w, i] = max(distance, 0.0)
-            if not touched[w, i] and (had or gap[w, i] + dt * approach < 0.0):
-                touched[w, i] = some = True
+        for i in range(seen[n, 0], seen[n, 1]):
+            if not m[i] > 2.0 * SEEN or light[i] or not is_free(axes, fixed, i):
+                continue
+            for w in range(normal.shape[0]):
+                distance, approach, had = -offset[w], 0.0, False
+                for d in range(len(axes)):
+                    distance += normal[w, d] * (nodes[i, d] + moved[i, d])
+                    approach += normal[w, d] * v[i, d]
+                    had = had or impulse[w, i, d] != 0.0
+                gap[w, i] = max(distance, 0.0)
+                if not touched[w, i] and (had or gap[w, i] + dt * approach < 0.0):
+                    touched[w, i] = some = True
     return some
 
 

@@ -4,20 +4,33 @@ import numpy as np
 import pytest
 
 from mpmbench import case
-from mpmbench.core.nodes import Nodes, list_marked
+from mpmbench.core.nodes import Nodes, find_marked, stretches
 from tests.core.support import compose
 
 
+def numbers(seen: list[np.ndarray]) -> list[int]:
+    """The nodes of all stretches, in their order."""
+    return [i for part in seen for start, stop in part.tolist() for i in range(start, stop)]
+
+
 @pytest.mark.parametrize("rows", (1, 3))
-def test_marked_nodes_are_listed_in_their_order(rows: int) -> None:
+@pytest.mark.parametrize("share", (0.02, 0.5, 0.98, 1.0))
+@pytest.mark.parametrize("nodes", (201, 208))
+def test_marked_nodes_are_found_in_their_order(rows: int, share: float, nodes: int) -> None:
     rng = np.random.default_rng(rows)
-    marks = (rng.random((rows, 208)) < 0.05).astype(np.uint8)
-    marks[-1, 200] = 1  # the last one
-    numbers = np.zeros(202, dtype=np.int64)
-    marks[:, 201:] = 0  # what is behind the nodes fills the last eight
-    of_any = np.zeros(26, dtype=np.uint64)
-    found = list_marked(marks.view(np.uint64), of_any, of_any.view(np.uint8), numbers)
-    assert numbers[:found].tolist() == np.flatnonzero(marks.any(axis=0)).tolist()
+    marks = (rng.random((rows, 208)) < share).astype(np.uint8)
+    marks[:, nodes:] = 0  # what is behind the nodes fills the last eight
+    marks[-1, nodes - 1] = 1
+    found, of_any = np.zeros((2, 52, 2), dtype=np.int64), np.zeros(26, dtype=np.uint64)
+    words, mark = marks.view(np.uint64), of_any.view(np.uint8)
+    parts = [
+        room[: find_marked(words, *part, of_any, mark, room)]
+        for part, room in zip(((0, 11), (11, 26)), found, strict=True)
+    ]
+    marked = marks[:, :nodes].any(axis=0)
+    assert numbers(parts) == numbers(stretches(marked)) == np.flatnonzero(marked).tolist()
+    for part in parts:
+        assert (part[:, 0] < part[:, 1]).all() and (part[1:, 0] > part[:-1, 1]).all()
 
 
 @pytest.mark.parametrize("keeps", (True, False))
@@ -29,7 +42,7 @@ def test_nodes_that_are_left_have_nothing(keeps: bool) -> None:
         marks[:] = 0
         marks[0, seen[:1]] = marks[1, seen[1:]] = 1
         nodes.look(marks)
-        assert nodes.seen.tolist() == seen
+        assert numbers(nodes.seen) == seen
         for field in (
             nodes.m,
             nodes.q,
@@ -39,8 +52,8 @@ def test_nodes_that_are_left_have_nothing(keeps: bool) -> None:
             nodes.a,
             nodes.v,
         ):
-            field[nodes.seen] = 1.0
-        nodes.new[nodes.seen] = False
+            field[seen] = 1.0
+        nodes.new[seen] = False
     left = [0, 9]
     for field in (nodes.m, nodes.q, nodes.f_internal, nodes.f_external, nodes.f, nodes.a):
         assert not field[left].any() and (field[[3, 10]] == 1.0).all()
@@ -61,7 +74,7 @@ def test_what_flies_leaves_nothing_behind(update: str) -> None:
         now = np.unique(
             np.concatenate([i[:k] for i, k in zip(stored.index, stored.size, strict=True)])
         )
-        assert n.seen.tolist() == now.tolist()
+        assert numbers(n.seen) == now.tolist()
         visited[now] = True
         others = np.setdiff1d(np.arange(len(n.m)), now)
         for field in (n.m, n.q, n.f, n.f_internal, n.f_external, n.a, n.v):

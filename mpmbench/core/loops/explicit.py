@@ -163,7 +163,7 @@ class Explicit(TimeLoop):
 
     def circumstances(self, s: State) -> str:
         """The lightest node of a grid that was accelerated, and what the time step can bear."""
-        lightest = s.mass.light_nodes.lightest / s.particles.m.max(initial=0.0)
+        lightest = s.mass.light_nodes.lightest / s.particles.heaviest
         if self.on_body or s.geometry is None or not np.isfinite(lightest):
             return ""
         lame, shear = s.material.lame_parameters()
@@ -218,11 +218,11 @@ def step(s: State, dt: float) -> None:
         s.mass.solve(n.q, n.v_old)  # Eq. 23
     constrain(s, dt)
     s.mass.solve(n.f, n.a)  # Eqs. 22, 93
-    speeds = n.f, n.v_old, n.v_last, n.new, n.v, n.a
-    power = sum(over(accelerate, n.seen, s.fixed, choices.drag, dt, *speeds))  # Eqs. 24, 51, 94
+    speeds = s.fixed, choices.drag, dt, n.f, n.v_old, n.v_last, n.new, n.v, n.a
+    power = sum(over(accelerate, n.seen, n.axes, *speeds))  # Eqs. 24, 51, 94
     by_walls, by_contact = s.walls.hold(s, dt), s.contact.hold(s, dt)
     s.transfer.refine(s)
-    by_loads = dt * sum(over(scalar_product, n.seen, n.f_external, n.v))
+    by_loads = dt * sum(over(scalar_product, n.seen, n.axes, n.f_external, n.v))
     by_reaction = reaction_work(s, dt)
     s.contact_energy -= by_walls + by_contact
     s.external_work += by_loads + by_reaction
@@ -245,7 +245,7 @@ def step(s: State, dt: float) -> None:
             project_velocity(s)
             strains(s, dt)
             update_particles(s, dt, strain=True)
-            over(copy, n.seen, n.v_old, n.v)
+            over(copy, n.seen, n.axes, n.v_old, n.v)
         elif before < 1.0:
             strains(s, dt, 1.0 - before)
             update_particles(s, (1.0 - before) * dt, strain=True)
@@ -268,8 +268,8 @@ def strains(s: State, dt: float, share: float = 1.0, first: bool = False) -> Non
     """
     n = s.nodes
     rest = 1.0 - share if first else 0.0
-    kept = n.f_internal, n.v, n.v_last, n.new
-    s.give(0.5 * share * dt * sum(over(note_strains, n.seen, share, rest, *kept)))
+    kept = share, rest, n.f_internal, n.v, n.v_last, n.new
+    s.give(0.5 * share * dt * sum(over(note_strains, n.seen, n.axes, *kept)))
 
 
 def total_force(s: State) -> None:
@@ -279,7 +279,7 @@ def total_force(s: State) -> None:
     s.sums(s.basis.handle, p, n, loads, part)
     if np.ndim(s.dead_load) or s.loads.traction is not None:
         add_loads(s, s.basis.handle, s.time, n.f_external)
-        over(add_multiple_of, n.seen, n.f_internal, 1.0, n.f_external, n.f)
+        over(add_multiple_of, n.seen, n.axes, n.f_internal, 1.0, n.f_external, n.f)
     s.contact.push(s)
 
 

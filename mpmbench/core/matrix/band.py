@@ -24,7 +24,7 @@ class BandMass:
         self._factor = np.zeros((0, len(fixed), 1))
 
     def assemble(
-        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: np.ndarray | None = None
+        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: list[np.ndarray] | None = None
     ) -> None:
         if self._factored and basis.constant_values:
             return

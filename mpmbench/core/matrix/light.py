@@ -13,7 +13,7 @@ import numpy as np
 from mpmbench.core.bases import Basis
 from mpmbench.core.bases.handle import count, index, locate, scratch, value
 from mpmbench.core.compiled import compiled, lean, vector
-from mpmbench.core.nodes import copy, over
+from mpmbench.core.nodes import copy, over, stretches
 from mpmbench.core.particles import SEEN, Particles
 
 if TYPE_CHECKING:
@@ -49,6 +49,7 @@ class LightNodes:
 
     def __init__(self, cutoff: float, fixed: np.ndarray) -> None:
         self.cutoff, self.fixed = cutoff, fixed
+        self.axes = (0.0,) * fixed.shape[1]
         self.light = np.zeros(len(fixed), dtype=np.bool_)
         self.node = self.neighbour = np.zeros(0, dtype=np.int64)
         self.weight = np.zeros(0)
@@ -62,7 +63,7 @@ class LightNodes:
         p: Particles,
         m_i: np.ndarray,
         mass: np.ndarray,
-        seen: np.ndarray | None = None,
+        seen: list[np.ndarray] | None = None,
     ) -> bool:
         """Find the light nodes of the particles where they are.
 
@@ -72,8 +73,8 @@ class LightNodes:
             Row sums of the mass matrix [kg], shape (N,), not zero where a point sees the node.
         mass : ndarray
             Its diagonal [kg], shape (N,), which decides.
-        seen : ndarray of int or None
-            Numbers of the nodes that a point sees, where they are known.
+        seen : list of ndarray of int or None
+            Stretches of the nodes that a point sees, as of `Nodes`, where they are known.
 
         Returns
         -------
@@ -83,21 +84,22 @@ class LightNodes:
         self.node, self.neighbour, self.weight = self.node[:0], self.neighbour[:0], self.weight[:0]
         self.light[:] = False
         if seen is None:
-            seen = np.flatnonzero(m_i)
-        most = max(self.cutoff * p.m.max(initial=0.0), 2.0 * SEEN)
-        some, lightest = may_be_light(seen, mass, self.fixed, most, self.light)
-        if some:
+            seen = stretches(m_i != 0.0)
+        most = max(self.cutoff * p.heaviest, 2.0 * SEEN)
+        found = over(may_be_light, seen, self.axes, mass, self.fixed, most, self.light)
+        lightest = min((smallest for _, smallest in found), default=np.inf)
+        if any(some for some, _ in found):
             lightest = self._find(basis.handle, p, mass, seen)
         self.lightest = min(self.lightest, lightest)
         return len(self.node) > 0
 
-    def _find(self, phi: Any, p: Particles, mass: np.ndarray, seen: np.ndarray) -> float:
+    def _find(self, phi: Any, p: Particles, mass: np.ndarray, seen: list[np.ndarray]) -> float:
         """The same where there may be some; returns the smallest mass of the others that are not held."""
         if len(self._points) != len(p.x):
             self._points = np.zeros(len(p.x), dtype=np.int64)
         self._heaviest[:] = 0.0
         found = points_at(phi, p.x, p.m, self.light, self._heaviest, self._points)
-        are_light(seen, mass, self.cutoff, self._heaviest, self.light)
+        over(are_light, seen, mass, self.cutoff, self._heaviest, self.light)
         near, room = self._points[:found], np.zeros(phi.width)
         key, share = shared_points(phi, p.x, p.m, near, self.light, room)
         key, place = np.unique(key, return_inverse=True)
@@ -105,7 +107,8 @@ class LightNodes:
         self.node, self.neighbour = np.divmod(key, len(mass))
         total = np.bincount(self.node, weights=share, minlength=len(mass))
         self.weight = share / total[self.node]
-        return float(are_alone(seen, mass, self.fixed, total, self.light))
+        left = over(are_alone, seen, self.axes, mass, self.fixed, total, self.light)
+        return float(min(left, default=np.inf))
 
     def matrix(self) -> "csr_array":
         """T, shape (N, N)."""
@@ -116,7 +119,7 @@ class LightNodes:
         return csr_array(diags_array(1.0 - self.light) + follow)
 
     def gathered(
-        self, f: np.ndarray, room: np.ndarray, seen: np.ndarray | None = None
+        self, f: np.ndarray, room: np.ndarray, seen: list[np.ndarray] | None = None
     ) -> np.ndarray:
         """``T^T f`` in `room`, there where nodes are `seen`, or `f` itself where no node is light."""
         if not len(self.node):
@@ -124,7 +127,8 @@ class LightNodes:
         if seen is None:
             room[:] = f
         else:
-            over(copy, seen, as_columns(f), as_columns(room))
+            axes = (0.0,) if f.ndim == 1 else self.axes
+            over(copy, seen, axes, as_columns(f), as_columns(room))
         return self.gather(room)
 
     def gather(self, f: np.ndarray) -> np.ndarray:
@@ -147,27 +151,27 @@ def as_columns(f: np.ndarray) -> np.ndarray:
 
 
 @lean
-def may_be_light(seen, mass, fixed, most, light):
+def may_be_light(seen, axes, mass, fixed, most, light):
     """Mark nodes whose `mass`, shape (N,), is at most `most`, and which are not held; returns whether there are any.
 
     The smallest mass of the others that are not held is returned, too.
     """
     some, lightest = False, np.inf
     for n in range(seen.shape[0]):
-        i = seen[n]
-        if is_free(fixed, i):
-            if mass[i] > most:
-                lightest = min(lightest, mass[i])
-            else:
-                light[i] = some = True
+        for i in range(seen[n, 0], seen[n, 1]):
+            if is_free(axes, fixed, i):
+                if mass[i] > most:
+                    lightest = min(lightest, mass[i])
+                else:
+                    light[i] = some = True
     return some, lightest
 
 
 @lean
-def is_free(fixed, i):
+def is_free(axes, fixed, i):
     """Whether a node has a component that is not constrained."""
     free = False
-    for d in range(fixed.shape[1]):
+    for d in range(len(axes)):
         free = free or not fixed[i, d]
     return free
 
@@ -176,20 +180,20 @@ def is_free(fixed, i):
 def are_light(seen, mass, cutoff, heaviest, light):
     """Unmark nodes that are too heavy for the heaviest particle that sees them."""
     for n in range(seen.shape[0]):
-        i = seen[n]
-        if light[i] and mass[i] > max(cutoff * heaviest[i], 2.0 * SEEN):
-            light[i] = False
+        for i in range(seen[n, 0], seen[n, 1]):
+            if light[i] and mass[i] > max(cutoff * heaviest[i], 2.0 * SEEN):
+                light[i] = False
 
 
 @lean
-def are_alone(seen, mass, fixed, total, light):
+def are_alone(seen, axes, mass, fixed, total, light):
     """Unmark nodes without a share of a neighbour; returns the smallest mass that is left without light nodes."""
     lightest = np.inf
     for n in range(seen.shape[0]):
-        i = seen[n]
-        light[i] = light[i] and total[i] > 0.0
-        if mass[i] > 0.0 and not light[i] and is_free(fixed, i):
-            lightest = min(lightest, mass[i])
+        for i in range(seen[n, 0], seen[n, 1]):
+            light[i] = light[i] and total[i] > 0.0
+            if mass[i] > 0.0 and not light[i] and is_free(axes, fixed, i):
+                lightest = min(lightest, mass[i])
     return lightest
 
 

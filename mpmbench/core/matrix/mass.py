@@ -10,7 +10,7 @@ from mpmbench.core.choices import Choices
 from mpmbench.core.compiled import lean
 from mpmbench.core.matrix.band import BandMass, assemble_band
 from mpmbench.core.matrix.light import LightNodes, heaviest_seen
-from mpmbench.core.nodes import over
+from mpmbench.core.nodes import over, stretches
 from mpmbench.core.particles import Particles
 
 # Beyond this band conjugate gradients cost less than a banded factorisation in every step.
@@ -30,7 +30,7 @@ class Mass(Protocol):
     light_nodes: LightNodes
 
     def assemble(
-        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: np.ndarray | None = None
+        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: list[np.ndarray] | None = None
     ) -> None:
         """Sum the matrix over the particles, whose row sums `m_i`, shape (N,), are known, and so may be who is `seen`.
 
@@ -79,16 +79,17 @@ class LumpedMass:
 
     def __init__(self, fixed: np.ndarray, light_nodes: LightNodes) -> None:
         self.fixed, self.light_nodes = fixed, light_nodes
-        self.seen = np.arange(len(fixed))
+        self.axes = (0.0,) * fixed.shape[1]
+        self.seen = stretches(np.ones(len(fixed), dtype=np.bool_))
         self.m_i = np.zeros(len(fixed))
         self._system = self.m_i
         self._with_light, self._force = np.zeros(len(fixed)), np.zeros(fixed.shape)
 
     def assemble(
-        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: np.ndarray | None = None
+        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: list[np.ndarray] | None = None
     ) -> None:
         self.m_i = self._system = m_i
-        self.seen = np.flatnonzero(m_i) if seen is None else seen
+        self.seen = stretches(m_i != 0.0) if seen is None else seen
         if self.light_nodes.find(basis, p, m_i, m_i, self.seen):
             self._system = self.light_nodes.gathered(m_i, self._with_light, self.seen)
 
@@ -97,7 +98,7 @@ class LumpedMass:
 
     def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
         force = self.light_nodes.gathered(rhs, self._force, self.seen)
-        over(divide, self.seen, self._system, self.fixed, force, out)
+        over(divide, self.seen, self.axes, self._system, self.fixed, force, out)
         self.light_nodes.scatter(out)
 
     def divide_at(self, node: np.ndarray, rhs: np.ndarray) -> np.ndarray:
@@ -132,17 +133,17 @@ class KeptMass(LumpedMass):
         self.m_i = self._system = kept
 
     def assemble(
-        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: np.ndarray | None = None
+        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: list[np.ndarray] | None = None
     ) -> None:
         m_i[:] = self.kept
         super().assemble(basis, p, m_i, seen)
 
 
 @lean
-def divide(seen, m_i, fixed, rhs, out, start, stop):
+def divide(seen, axes, m_i, fixed, rhs, out):
     """``out = rhs / m_i`` on free components with mass."""
-    for n in range(start, stop):
-        i = seen[n]
-        for d in range(rhs.shape[1]):
-            if not fixed[i, d]:
-                out[i, d] = rhs[i, d] / m_i[i] if m_i[i] > 0.0 else 0.0
+    for n in range(seen.shape[0]):
+        for i in range(seen[n, 0], seen[n, 1]):
+            for d in range(len(axes)):
+                if not fixed[i, d]:
+                    out[i, d] = rhs[i, d] / m_i[i] if m_i[i] > 0.0 else 0.0

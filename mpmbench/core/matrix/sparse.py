@@ -123,7 +123,7 @@ class SparseMass:
         self._force, *self._work = (np.zeros(fixed.shape) for _ in range(5))
 
     def assemble(
-        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: np.ndarray | None = None
+        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: list[np.ndarray] | None = None
     ) -> None:
         if not self.columns.shape[1] or not self._sum(basis, p):
             self.columns, self.diagonal = pattern(basis, p.x)
@@ -208,7 +208,7 @@ class DirectMass(SparseMass):
         self._coupling: list[csr_array] = []
 
     def assemble(
-        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: np.ndarray | None = None
+        self, basis: Basis, p: Particles, m_i: np.ndarray, seen: list[np.ndarray] | None = None
     ) -> None:
         if self._factors:
             return

@@ -78,7 +78,8 @@ class NodalSums:
         threads.run(add, len(p.x))
         n.look(self._marks)
         sums = n.m, n.q, n.f_internal, n.f_external, n.f
-        over(collect, n.seen, self._values, self._parts, self._marks, *sums, n.v, n.v_old)
+        rows = self._values, self._lanes, self._parts, self._marks
+        over(collect, n.seen, n.axes, *rows, *sums, n.v, n.v_old)
 
 
 @lean
@@ -124,30 +125,24 @@ def scale(columns, row, factors, other, g):
 
 
 @lean
-def collect(seen, values, parts, marks, m, q, f_internal, f_external, f, v, v_old, start, stop):
+def collect(seen, axes, values, lanes, parts, marks, m, q, f_internal, f_external, f, v, v_old):
     """Add up the parts in their order, and clear them; seen nodes have a mass, and their velocities become old ones."""
-    dim = q.shape[1]
-    for n in range(start, stop):
-        i = seen[n]
-        m[i] = 0.0
-        for d in range(dim):
-            q[i, d] = f_internal[i, d] = f_external[i, d] = 0.0
-        for c in range(parts.shape[0]):
-            if marks[c, i] == 0:
-                continue
-            marks[c, i] = 0
-            m[i] += parts[c, i, dim]
+    dim, total = len(axes), vector(lanes)
+    for n in range(seen.shape[0]):
+        for i in range(seen[n, 0], seen[n, 1]):
+            for k in range(len(lanes)):
+                total[k] = 0.0
+            for c in range(parts.shape[0]):
+                if marks[c, i] != 0:
+                    marks[c, i] = 0
+                    for k in range(len(lanes)):
+                        total[k] += parts[c, i, k]
+                        parts[c, i, k] = 0.0
+            m[i] = total[dim] if total[dim] != 0.0 else SEEN
             for d in range(dim):
-                f_internal[i, d] += parts[c, i, d]
-                q[i, d] += parts[c, i, dim + 1 + d]
-                if len(values) > 1 + dim:
-                    f_external[i, d] += parts[c, i, 2 * dim + 1 + d]
-            for k in range(parts.shape[2]):
-                parts[c, i, k] = 0.0
-        if m[i] == 0.0:
-            m[i] = SEEN
-        for d in range(dim):
-            f[i, d], v_old[i, d] = f_internal[i, d] + f_external[i, d], v[i, d]
+                f_internal[i, d], q[i, d] = total[d], total[dim + 1 + d]
+                f_external[i, d] = total[2 * dim + 1 + d] if len(values) > 1 + dim else 0.0
+                f[i, d], v_old[i, d] = f_internal[i, d] + f_external[i, d], v[i, d]
 
 
 @lean
