@@ -7,6 +7,7 @@ from mpmbench.core.compiled import threads
 from mpmbench.core.energies import first_bad_volume
 from mpmbench.core.errors import BrokeDown, Diverged
 from mpmbench.core.state import State
+from mpmbench.core.transfer.parts import NOTHING
 
 STEEP = 1e3  # gradients of functions, over the nodal spacing, that explain a lost volume
 
@@ -23,8 +24,21 @@ def guard(s: State) -> None:
     BrokeDown
         When a volume is not positive or a particle is outside the basis.
     """
+    p, fine = s.particles, s.watched is not NOTHING and s.bad == 0
+    s.bad = 0
+    if not fine:
+        guard_volumes(s)
+    for name, array in p.data.items():
+        if not np.isfinite(array[p.material]).all():
+            bad = int(np.argmin(np.isfinite(array).reshape(len(array), -1).all(axis=1)))
+            raise Diverged(f"{name} of particle {bad} is not finite")
+    if not fine:
+        guard_places(s)
+
+
+def guard_volumes(s: State) -> None:
+    """Look for volumes that are not finite or not positive."""
     p = s.particles
-    solid = p.material
     bad = threads.first(threads.run(lambda c, *part: first_bad_volume(p.V, p.V0, *part), len(p.V)))
     if bad >= 0:
         if not np.isfinite(p.V[bad]):
@@ -33,10 +47,11 @@ def guard(s: State) -> None:
             f"particle {bad} has the volume {p.V[bad]:.3g}, which is not positive"
             f"{s.choices.circumstances(s)}{steepness(s, bad)}"
         )
-    for name, array in p.data.items():
-        if not np.isfinite(array[solid]).all():
-            bad = int(np.argmin(np.isfinite(array).reshape(len(array), -1).all(axis=1)))
-            raise Diverged(f"{name} of particle {bad} is not finite")
+
+
+def guard_places(s: State) -> None:
+    """Look for particles that have left the basis, and put those without mass back."""
+    p, solid = s.particles, s.particles.material
     bad = s.basis.first_outside(p.x)
     if 0 <= bad < solid.stop:
         if not np.isfinite(p.x[bad]).all():

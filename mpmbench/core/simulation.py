@@ -37,6 +37,7 @@ from mpmbench.core.nodes import Nodes
 from mpmbench.core.particles import Particles, particle_data
 from mpmbench.core.state import State
 from mpmbench.core.transfer import find_transfer
+from mpmbench.core.transfer.parts import NOTHING
 from mpmbench.core.transfer.sums import p2g_mass
 
 SAME_STEP = 1e-15  # relative: the step that was asked for, but for the rounding of a quotient
@@ -290,8 +291,10 @@ class Watch:
     def count_crossings(self) -> None:
         """Count the particles that are in another cell of a fixed grid than after the step before."""
         s, p = self.state, self.state.particles
+        self.solution.cell_crossings += s.crossed  # what the step has seen itself
+        s.crossed = 0
         basis = s.basis.within if isinstance(s.basis, AffineGradients) else s.basis
-        if isinstance(basis, GridBasis) and not s.choices.moving:
+        if s.watched is NOTHING and isinstance(basis, GridBasis) and not s.choices.moving:
             crossed = threads.run(
                 lambda c, *part: count_crossings(basis.handle, p.x, self.cells, *part),
                 len(self.cells),

@@ -92,6 +92,10 @@ class State:
         Whose particles and nodes are, and what they are made of.
     contact : Contact
         What keeps several bodies apart.
+    watched : NamedTuple
+        In what particles are looked at while they are updated (`parts.watch`).
+    crossed, bad : int
+        What was seen there since a guard asked: particles that left their cells, and that it must see.
     """
 
     particles: Particles
@@ -128,6 +132,9 @@ class State:
     transfer: Transfer = field(init=False)
     sums: NodalSums = field(init=False)
     walls: Walls = field(init=False)
+    watched: Any = field(init=False)
+    crossed: int = 0
+    bad: int = 1  # nothing is known before the first step
 
     def __post_init__(self) -> None:
         p = self.particles
@@ -142,6 +149,7 @@ class State:
         most = max(len(p.x), self.basis.stand_ins)
         self.sums = NodalSums(len(self.fixed), most, p.dimension, body_force)
         self.walls = Walls(self.loads.walls, len(self.fixed), p.dimension)
+        self.watched = self.choices.watches(self)
 
     @property
     def carriers(self) -> Carriers:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from mpmbench.core import registry
 from mpmbench.core.choices import Choices
+from mpmbench.core.transfer.parts import NOTHING
 
 if TYPE_CHECKING:
     from mpmbench.core.state import State
@@ -85,6 +86,10 @@ class TimeLoop(Choices):
     def circumstances(self, s: "State") -> str:
         """What may have ended a run, to be added to the reason; often nothing."""
         return ""
+
+    def watches(self, s: "State") -> Any:
+        """In what `parts.watch` looks at the particles in every step, for guards that need not do so; often nothing."""
+        return NOTHING
 
     def step(self, s: "State", dt: float) -> None:
         """Advance the state by one step of size `dt` [s]."""

@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from mpmbench.core.bases.grid.product import GridBasis
 from mpmbench.core.bases.handle import interpolate
 from mpmbench.core.compiled import implemented, threads
 from mpmbench.core.errors import NotApplicable
@@ -37,7 +38,7 @@ from mpmbench.core.setting import setting
 from mpmbench.core.state import State
 from mpmbench.core.transfer import Transfer, find_transfer
 from mpmbench.core.transfer.carry import Update, g2p
-from mpmbench.core.transfer.parts import NOTHING
+from mpmbench.core.transfer.parts import NOTHING, InBox
 
 # Share of the step in which particles are strained before the forces; usavg: Nairn 2003.
 STRAIN_BEFORE = {"usl": 0.0, "musl": 0.0, "usavg": 0.5, "usf": 1.0}
@@ -193,6 +194,13 @@ class Explicit(TimeLoop):
                 "gradient of its functions, and on faces there is none: leave it out"
             )
 
+    def watches(self, s: State) -> Any:
+        """The box of a grid, where the step as it is listed below has the last word on the particles."""
+        usual = type(self).step is Explicit.step and type(s.transfer).shift is Transfer.shift
+        if usual and isinstance(s.basis, GridBasis) and not self.on_body:
+            return InBox(s.basis.lower, s.basis.upper)
+        return NOTHING
+
     def step(self, s: State, dt: float) -> None:
         """Do one `step` as it is listed below."""
         step(s, dt)
@@ -308,10 +316,13 @@ def carry(s: State, dt: float, update: Update) -> None:
     for material, first, last in s.bodies.laws:
         law, rows = material.law, (len(p.x) if last == solid else last) - first
 
-        def part(c: int, start: int, stop: int, law: Any = law, first: int = first) -> None:
-            g2p(phi, law, p, besides, nodes, dt, update, solid, first + start, first + stop)
+        def part(c: int, start: int, stop: int, law: Any = law, first: int = first) -> Any:
+            own = solid, first + start, first + stop
+            return g2p(phi, law, p, besides, s.watched, nodes, dt, update, *own)
 
-        threads.run(part, rows)
+        for crossed, bad in threads.run(part, rows):
+            s.crossed += crossed
+            s.bad += bad
 
 
 def project_velocity(s: State) -> None:

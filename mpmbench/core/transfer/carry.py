@@ -30,7 +30,7 @@ from mpmbench.core.compiled.rows import (
     take_rows,
 )
 from mpmbench.core.materials import cauchy_stress, strain_all
-from mpmbench.core.transfer.parts import also_take
+from mpmbench.core.transfer.parts import also_take, watch
 
 
 class Update(NamedTuple):
@@ -44,10 +44,11 @@ class Update(NamedTuple):
 
 
 @lean
-def g2p(phi, law, p, part, nodes, dt, update, solid, start, stop):
+def g2p(phi, law, p, part, box, nodes, dt, update, solid, start, stop):
     """Update particles start to stop from nodal velocities and accelerations; `update` says what.
 
-    What they carry besides, `part`, is taken at their old places.
+    What they carry besides, `part`, is taken at their old places. Returns what `watch` says of them in
+    the `box`.
 
     velocity: ``v_p <- flip (v_p + dt sum_i phi_i a_i) + (1 - flip) sum_i phi_i v_i`` (Eqs. 27, 97;
     67, 68) strain: ``L = sum_i v_i (x) grad phi_i``, ``F <- (I + dt L) F``, ``V = det(F) V_0``, and
@@ -59,7 +60,7 @@ def g2p(phi, law, p, part, nodes, dt, update, solid, start, stop):
     axes, dim, flip = phi.axes, len(phi.axes), update.flip
     work, fields = room(phi), table((0.0, 0.0, *axes), axes, BATCH)
     at = vector(BATCH).view(np.int64)
-    first = start
+    first, crossed, bad = start, 0, 0
     while first < stop:
         end = min(solid, stop) if first < solid else stop
         n = locate_batch(phi, p.x, first, min(len(BATCH), end - first), at, work)
@@ -79,7 +80,9 @@ def g2p(phi, law, p, part, nodes, dt, update, solid, start, stop):
             change(axes, 1.0, p.x, first, n, dt, fields, 0)
         if update.strain and first < solid:
             strain(axes, squared(axes), law, p, first, n, dt, fields)
-        first += n
+        left, wrong = watch(box, phi, p, first, n, first < solid, at, update)
+        first, crossed, bad = first + n, crossed + left, bad + wrong
+    return crossed, bad
 
 
 @inlined

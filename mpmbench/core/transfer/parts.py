@@ -1,15 +1,18 @@
-"""What a step takes to the nodes and from them besides velocities, in the same pass over the particles.
+"""What a step does besides in its passes over the particles: more to the nodes and from them, and a look at the new.
 
-`p2g` and `g2p` ask these two questions about every run of particles in one cell, when the functions
-there are at hand; for most transfers nothing is to be done.
+`p2g` and `g2p` ask the first two questions about every run of particles in one cell, when the functions
+there are at hand; for most transfers nothing is to be done. The third one is about a batch that has just
+been updated, which another pass would have to bring from memory once more.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from mpmbench.core.bases.handle import Affine, spread_affine, take_affine
+from mpmbench.core.bases.handle import Affine, locate, scratch, spread_affine, take_affine
 from mpmbench.core.compiled import implements
+
+FINITE = 1e300  # [m^dim]; no volume is larger
 
 
 class Nothing(NamedTuple):
@@ -19,6 +22,13 @@ class Nothing(NamedTuple):
 
 
 NOTHING = Nothing()
+
+
+class InBox(NamedTuple):
+    """Particles on a grid, which is this box [m], shapes (dim,); they are looked at while they are updated."""
+
+    lower: np.ndarray
+    upper: np.ndarray
 
 
 def also_spread(
@@ -49,6 +59,45 @@ def also_take(
 ) -> None:
     """Take what n particles from `p` on, the b-th of the batch whose `fields` were interpolated, carry besides."""
     raise NotImplementedError
+
+
+def watch(
+    box: Nothing | InBox,
+    phi: object,
+    p: object,
+    first: int,
+    n: int,
+    solid: bool,
+    at: object,
+    update: object,
+) -> tuple[int, int]:
+    """Of n particles from `first` on, which were `at` their cells: how many left these, and how many a guard must see.
+
+    These are outside the box, or have a volume that is not positive and finite, if they are `solid`.
+    """
+    raise NotImplementedError
+
+
+@implements(watch, Nothing)
+def _watch_nothing(box, phi, p, first, n, solid, at, update):
+    return 0, 0
+
+
+@implements(watch, InBox)
+def _watch_in_box(box, phi, p, first, n, solid, at, update):
+    work, crossed, bad = scratch(phi), 0, 0
+    for b in range(n):
+        if update.position:
+            inside = True
+            for d in range(len(phi.axes)):
+                inside = inside and box.lower[d] <= p.x[first + b, d] <= box.upper[d]
+            if not inside:
+                bad += 1
+            elif solid and locate(phi, p.x, first + b, work) != at[b]:
+                crossed += 1
+        if update.strain and solid and not 0.0 < p.V[first + b] < FINITE:
+            bad += 1
+    return crossed, bad
 
 
 @implements(also_spread, Nothing)
