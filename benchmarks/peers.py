@@ -28,6 +28,7 @@ from mpmbench.core.state import State
 from mpmbench.results.provenance import processor
 
 from .goals import measured
+from .measure import bare
 
 PEERS = {"taichi": "Taichi", "warp": "warp"}  # module, and what it is called
 BASES = {1: "linear", 2: "bspline"}
@@ -96,12 +97,8 @@ def block(dim: int, cells: int, empty: int, particles_per_cell: int, degree: int
     signs = np.array([1.0, -1.0, 0.5])[:dim]
     particles.v[:] = SPEED * signs * np.sin(2.0 * np.pi * X) * np.cos(2.0 * np.pi * turned)
     body = Body(box, particles, lambda x: np.zeros(x.shape, dtype=bool), np.zeros_like)
-    return build_state(
-        body,
-        registry.get("basis", BASES[degree])(),
-        material,
-        registry.get("method", "explicit")(),
-    )
+    basis, method = registry.get("basis", BASES[degree])(), registry.get("method", "explicit")()
+    return bare(build_state(body, basis, material, method))
 
 
 def start_of(state: State, cells: int, degree: int) -> Start:

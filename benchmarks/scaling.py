@@ -16,7 +16,7 @@ from mpmbench.core.state import State
 
 from .goals import measured
 from .implicit import build
-from .measure import REPEATS
+from .measure import REPEATS, bare
 
 THREADS = (1, 2)
 TURN = 0.2  # [s] of calls in a turn
@@ -135,7 +135,7 @@ def users() -> None:
     print(f"{'run':34} {'bare ns':>9} {'user ns':>9} {'ratio':>6}")
     threads.use(1)
     for name, overrides, goal in USERS:
-        bare = build(*(*PLATE[:2], *overrides[-2:]))
+        unguarded = bare(build(*(*PLATE[:2], *overrides[-2:])))
         s = build(*overrides)
         watch = Watch(s, Solution(), 1.0, [])
 
@@ -145,7 +145,7 @@ def users() -> None:
             guard(s)
             watch.count_crossings()
 
-        tasks: dict[int, Callable[[], object]] = {0: stepping(bare), 1: guarded}
+        tasks: dict[int, Callable[[], object]] = {0: stepping(unguarded), 1: guarded}
         times: dict[int, list[float]] = {0: [], 1: []}
         for task in tasks.values():
             task()

@@ -25,7 +25,7 @@ def guard(s: State) -> None:
         When a volume is not positive or a particle is outside the basis.
     """
     p, fine = s.particles, s.watched is not NOTHING and s.bad == 0
-    s.bad = 0
+    s.bad = None
     if not fine:
         guard_volumes(s)
     for name, array in p.data.items():

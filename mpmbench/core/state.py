@@ -95,7 +95,8 @@ class State:
     watched : NamedTuple
         In what particles are looked at while they are updated (`parts.watch`).
     crossed, bad : int
-        What was seen there since a guard asked: particles that left their cells, and that it must see.
+        What was seen there since these were asked for last: particles that left their cells, and, after a
+        step, those that a guard must see.
     """
 
     particles: Particles
@@ -134,7 +135,7 @@ class State:
     walls: Walls = field(init=False)
     watched: Any = field(init=False)
     crossed: int = 0
-    bad: int = 1  # nothing is known before the first step
+    bad: int | None = None
 
     def __post_init__(self) -> None:
         p = self.particles

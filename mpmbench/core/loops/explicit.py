@@ -209,6 +209,7 @@ class Explicit(TimeLoop):
 def step(s: State, dt: float) -> None:
     """Advance the state by one step of size `dt` [s]."""
     p, n, choices = s.particles, s.nodes, s.choices
+    s.bad = 0
     s.land()
     s.basis.locate(p.x)  # step 3
     before = STRAIN_BEFORE[choices.stress_update]
@@ -322,7 +323,7 @@ def carry(s: State, dt: float, update: Update) -> None:
 
         for crossed, bad in threads.run(part, rows):
             s.crossed += crossed
-            s.bad += bad
+            s.bad = None if s.bad is None else s.bad + bad
 
 
 def project_velocity(s: State) -> None:
