@@ -32,6 +32,7 @@ from .power import power
 from .reference_numpy import numpy_step
 from .roofline import roofline
 from .scaling import scaling, sizes, users
+from .sorting import sorting
 from .taylor import taylor
 
 TIME_STEP = 1e-6  # [s], stable on the finest grid below
@@ -193,6 +194,7 @@ SECTIONS = {
         taylor,
         contact,
         implicit,
+        sorting,
         bar,
         start_up,
         compiling,

@@ -89,8 +89,8 @@ class GeneralizedVortex(Problem):
         return ring_grid(half, outer, inner, resolution)
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
-        circles = resolution * per_axis(particles_per_cell, 2)
-        return seed_ring(INNER * self.radius, OUTER * self.radius, circles, self.seeding)
+        n = per_axis(particles_per_cell, 2)
+        return seed_ring(INNER * self.radius, OUTER * self.radius, resolution, n, self.seeding)
 
     # initial condition and load
 

@@ -84,8 +84,8 @@ class RadialRing(Problem):
         return ring_grid(half, self.outer_radius, self.inner_radius, resolution)
 
     def seed(self, resolution: int, particles_per_cell: int) -> tuple[np.ndarray, np.ndarray]:
-        circles = resolution * per_axis(particles_per_cell, 2)
-        return seed_ring(self.inner_radius, self.outer_radius, circles, self.seeding)
+        n = per_axis(particles_per_cell, 2)
+        return seed_ring(self.inner_radius, self.outer_radius, resolution, n, self.seeding)
 
     # profile of the motion
 
