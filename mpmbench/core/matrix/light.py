@@ -104,6 +104,7 @@ class LightNodes:
         key, share = shared_points(phi, p.x, p.m, near, self.light, room)
         key, place = np.unique(key, return_inverse=True)
         share = np.bincount(place, weights=share, minlength=len(key))
+        key, share = key[share > 0.0], share[share > 0.0]  # at edges of supports functions are 0
         self.node, self.neighbour = np.divmod(key, len(mass))
         total = np.bincount(self.node, weights=share, minlength=len(mass))
         self.weight = share / total[self.node]

@@ -133,6 +133,21 @@ def test_points_without_mass_choose_neighbours_only_where_no_particle_does() -> 
     assert nodes.scatter(np.array([[0.0], [1.0], [5.0], [0.0], [0.0]]))[3, 0] == 5.0
 
 
+def test_a_neighbour_whose_function_is_zero_at_the_only_point_leads_nobody() -> None:
+    """A massless point on a node without mass, in the cell of one that has some: its weight was 0 over 0."""
+    box = Box((0.0,), (8.0,), (8,))
+    p = Particles.at_rest(np.array([[4.5]]), np.ones(1), 1.0, np.array([[3.0]]))
+    functions = registry.get("basis", "linear")().build(box, 2, False)
+    functions.locate(p.x)
+    fixed = np.zeros(functions.nodes.shape, dtype=bool)
+    mass = LumpedMass(fixed, LightNodes(CUTOFF, fixed))
+    mass.assemble(functions, p, row_sums(functions, p))
+    assert not mass.light_nodes.light.any()
+    out = np.zeros_like(fixed, dtype=float)
+    mass.solve(np.eye(9)[:, 4:5], out)
+    assert np.array_equal(np.flatnonzero(out), [4]) and np.isfinite(out).all()
+
+
 def test_held_nodes_are_not_light() -> None:
     functions, p = scene(1)
     m_i, fixed = row_sums(functions, p), np.zeros(functions.nodes.shape, dtype=bool)
