@@ -4,6 +4,7 @@ from collections.abc import Callable
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+from mpmbench.case.compiling import compile_kernels
 from mpmbench.case.output import Outcome, outcome
 from mpmbench.case.read import Case, Config, bodies_of, read
 from mpmbench.core.bodies import particles_of
@@ -80,15 +81,13 @@ def run(
     """
     case = read(config)
     end_time = float(config["end_time"])
-    threads.use(int(config.get("threads", 1)))
+    of_solver = int(config.get("threads", 1))
+    threads.use(of_solver)
     start = perf_counter()
     try:
         state = build(case)
         time_step = step_size(config, case, state)
-        warm = build(case)
-        first = time_step(warm) if callable(time_step) else time_step
-        simulate(warm, first, min(first, end_time))  # compiles, outside the time of the run
-        del warm
+        compile_kernels(lambda: build(case), time_step, end_time, of_solver)
     except SolverFailure as failure:
         solution = Solution(status=failure.status, reason=f"{failure} (before the first step)")
         return outcome(config, case, None, solution, perf_counter() - start)
