@@ -7,7 +7,7 @@ import numpy as np
 
 from mpmbench.papers.li2009.claims import Answer, claim
 from mpmbench.papers.li2009.collisions import CUBES, FRICTION, RULES, SLIDING, SLIPS
-from mpmbench.papers.li2009.impact import HYDRODYNAMIC, KEPT, METHODS, SPEEDS
+from mpmbench.papers.li2009.impact import CAMPAIGN, HYDRODYNAMIC, KEPT, METHODS, SPEEDS
 from mpmbench.report.evidence import Runs
 
 MOMENTUM = 31_332.0  # of six cubes at the start [kg m/s]
@@ -144,9 +144,7 @@ def hydrodynamic(runs: Runs) -> Answer:
     """Growth of the depth with velocity, and its distance from the limit of a flowing rod."""
     match = METHODS[KEPT]
     depth = [
-        runs.number(
-            "sphere_velocity", "depth_over_diameter_of_centre", **match, problem__speed=speed
-        )
+        runs.number(CAMPAIGN[KEPT], "depth_over_diameter_of_centre", **match, problem__speed=speed)
         for speed in SPEEDS
     ]
     rise = [b - a for a, b in pairwise(depth)]

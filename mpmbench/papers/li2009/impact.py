@@ -26,6 +26,7 @@ METHODS: dict[str, Match] = {
     },
     "MPM, linear, musl": {"method": "mpm", "basis": "linear"},
 }
+CAMPAIGN = dict(zip(METHODS, ("sphere_kept", "sphere_flip", "sphere_velocity"), strict=True))
 CRATERS = (KEPT, "MPM, linear, musl")
 # As the thesis has them, at SLOW velocities: they make energy, or take it.
 MAPPED: dict[str, Match] = {
@@ -117,7 +118,7 @@ def curves() -> list[tuple[str, str, Match, tuple[float, ...]]]:
     """Campaign, name, match and velocities of each curve over the velocity."""
     mapped = [("sphere_transfer", name, match, SLOW) for name, match in MAPPED.items()]
     return [
-        *(("sphere_velocity", name, match, SPEEDS) for name, match in METHODS.items()),
+        *((CAMPAIGN[name], name, match, SPEEDS) for name, match in METHODS.items()),
         *mapped,
     ]
 
@@ -128,9 +129,7 @@ def _model(page: Chapter, campaigns: Campaigns) -> None:
     match = METHODS[KEPT]
     for speed in SPEEDS:
         try:
-            _, found = variables(
-                campaigns, "sphere_velocity", *wanted, **match, problem__speed=speed
-            )
+            _, found = variables(campaigns, CAMPAIGN[KEPT], *wanted, **match, problem__speed=speed)
         except MissingRuns:
             continue
         x, size = 1e3 * found["position"][0], 1e3 * np.cbrt(found["volume"][0])
@@ -165,7 +164,7 @@ def _curves(page: Chapter, campaigns: Campaigns) -> None:
             drawn = True
             axis.plot(1e-3 * np.array(x), factor * np.array(y), label=label, **look)
     if not drawn:
-        raise MissingRuns("sphere_velocity: no run has finished")
+        raise MissingRuns(f"{CAMPAIGN[KEPT]}: no run has finished")
     for speed, band in BANDS.items():
         axes[0, 0].plot([1e-3 * speed] * 2, band, color="#bbbbbb", lw=4.0, zorder=0)
     axes[0, 0].axhline(HYDRODYNAMIC, color="black", ls=":", lw=1.0)
@@ -197,9 +196,9 @@ def _craters(page: Chapter, campaigns: Campaigns, name: str, match: Match) -> No
             wanted = ("snapshot_time", "position", "plastic_strain")
             one = match | {"problem__speed": speed}
             try:
-                _, found = variables(campaigns, "sphere_velocity", *wanted, **one)
+                _, found = variables(campaigns, CAMPAIGN[name], *wanted, **one)
             except MissingRuns:
-                how = cell(campaigns, "sphere_velocity", "steps", **one).value or "not run"
+                how = cell(campaigns, CAMPAIGN[name], "steps", **one).value or "not run"
                 axes[0][column].set_title(f"{speed:g} m/s: {how}", fontsize=7, pad=3)
                 continue
             for row, shot in enumerate(shots):

@@ -146,12 +146,12 @@ def test_each_impact_has_a_film(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_depths_by_velocity_are_drawn_and_tabulated(
     tmp_path: Path, write_run: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for folder in ("sphere_velocity", "sphere_transfer", "sphere_open"):
+    for folder in ("sphere_kept", "sphere_transfer", "sphere_open"):
         (tmp_path / folder).mkdir()
     run = {"method": "otm", "basis": "lme", "resolution": 2, "dimension": 3}
     for speed, folder, mass in (
-        (500.0, "sphere_velocity", "kept"),
-        (1000.0, "sphere_velocity", "kept"),
+        (500.0, "sphere_kept", "kept"),
+        (1000.0, "sphere_kept", "kept"),
         (1500.0, "sphere_transfer", "lumped"),
     ):
         scalars = dict.fromkeys(impact.READ, 1e-3 * speed)
