@@ -70,7 +70,7 @@ def test_stresses_of_many_particles_are_those_of_each() -> None:
     p.state[::7, 0] += 0.3
     F, state, sigma = p.F.copy(), p.state.copy(), p.sigma.copy()
     strain = Update(False, True, False, False, 1.0)
-    arrays = p.arrays, NOTHING, n.arrays
+    arrays = p.arrays, NOTHING, NOTHING, n.arrays
     g2p(s.basis.handle, s.law, *arrays, dt, strain, p.material.stop, start, stop)
     expected, flowed = sigma.copy(), p.state[:, 6] > state[:, 6]
     for k in range(start, stop):
