@@ -170,7 +170,8 @@ def _curves(page: Chapter, campaigns: Campaigns) -> None:
     axes[0, 0].axhline(HYDRODYNAMIC, color="black", ls=":", lw=1.0)
     axes[0, 0].set_ylabel("depth over diameter")
     axes[0, 1].set_ylabel(r"time to dissipation [$\mu$s]")
-    name_axes(figure, "velocity of the sphere [km/s]")
+    for axis in axes[0]:  # a name below all would lie on the legend
+        axis.set_xlabel("velocity of the sphere [km/s]")
     handles = axes[0, 0].get_legend_handles_labels()
     figure.legend(*handles, fontsize=6, loc="outside lower center", ncols=1)
     caption = (
