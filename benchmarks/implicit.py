@@ -24,6 +24,12 @@ def build(*overrides: str) -> State:
     return case.build(case.read(config))
 
 
+def equations_of(s: State) -> Equations:
+    """The equations of a step of an implicit method, with the whole load."""
+    w = prepare(s)
+    return Equations(s, w, external_force(s, w.phi, 1.0, s.nodes.f_external), 1.0, None)
+
+
 def newton_iteration() -> None:
     """Assembly and solution of one Newton iteration on 128 x 16 quads with four particles per cell."""
     print("\nOne Newton iteration, 128 x 16 quads, 4 particles per cell, CPU ms")
@@ -34,9 +40,7 @@ def newton_iteration() -> None:
         state = build(
             "problem=cantilever_self_weight", f"method={method}", f"basis={basis}", "resolution=128"
         )
-        w = prepare(state)
-        force = external_force(state, w.phi, 1.0, state.nodes.f_external)
-        equations = Equations(state, w, force, 1.0, None)
+        equations = equations_of(state)
         du = np.zeros_like(state.nodes.v)
         residual = equations.residual(du)
         assert residual is not None

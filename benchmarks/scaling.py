@@ -8,14 +8,12 @@ import numpy as np
 
 from mpmbench.core.compiled import threads
 from mpmbench.core.guards import guard
-from mpmbench.core.implicit.newton import Equations
 from mpmbench.core.implicit.step import prepare
-from mpmbench.core.loads import external_force
 from mpmbench.core.simulation import Solution, Watch
 from mpmbench.core.state import State
 
 from .goals import measured
-from .implicit import build
+from .implicit import build, equations_of
 from .measure import REPEATS, bare
 
 THREADS = (1, 2)
@@ -108,9 +106,7 @@ def scaling() -> None:
     print(f"{'part':34} {'':>9} {'1 thread':>9} {'2':>9} {'ratio':>6}")
     for name, overrides in IMPLICIT:
         s = build(*overrides)
-        w = prepare(s)
-        force = external_force(s, w.phi, 1.0, s.nodes.f_external)
-        equations, du = Equations(s, w, force, 1.0, None), np.zeros_like(s.nodes.v)
+        equations, du = equations_of(s), np.zeros_like(s.nodes.v)
         residual = equations.residual(du)
         assert residual is not None
         for what, task in (

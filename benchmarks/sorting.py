@@ -8,15 +8,13 @@ import numpy as np
 
 from mpmbench import case
 from mpmbench.case.build import step_size
-from mpmbench.core.bases.handle import locate, scratch
-from mpmbench.core.compiled import compiled, threads
-from mpmbench.core.implicit.newton import Equations
-from mpmbench.core.implicit.step import prepare
-from mpmbench.core.loads import external_force
+from mpmbench.core.bases.grid.product import count_crossings
+from mpmbench.core.compiled import threads
 from mpmbench.core.simulation import simulate
 from mpmbench.core.state import State
 from mpmbench.runs.hydra import compose
 
+from .implicit import equations_of
 from .measure import bare, interleaved
 from .scaling import stepping
 
@@ -73,28 +71,15 @@ def work(s: State, dt: float) -> Callable[[], object]:
     if not s.choices.implicit:
         return stepping(s, dt)
 
-    def task() -> None:
-        w = prepare(s)
-        force = external_force(s, w.phi, s.time, s.nodes.f_external)
-        Equations(s, w, force, 1.0, None).residual(np.zeros_like(s.nodes.v))
-
-    return task
+    return lambda: equations_of(s).residual(np.zeros_like(s.nodes.v))
 
 
 def places(s: State) -> np.ndarray:
     """Numbers of the cells of all particles, shape (P,)."""
     s.basis.locate(s.particles.x)
-    cells = np.zeros(len(s.particles.x), dtype=np.int64)
-    write_places(s.basis.handle, s.particles.x, cells)
+    cells = np.full(len(s.particles.x), -1, dtype=np.int64)
+    count_crossings(s.basis.handle, s.particles.x, cells, 0, len(cells))
     return cells
-
-
-@compiled
-def write_places(phi, x, cells):
-    """Write what `locate` says of each point."""
-    work = scratch(phi)
-    for p in range(x.shape[0]):
-        cells[p] = locate(phi, x, p, work)
 
 
 def sort_by_cell(s: State) -> None:

@@ -49,9 +49,10 @@ def take_from_nodes(s: State, dt: float) -> None:
 
 def is_first_of_all() -> bool:
     """Whether no kernel that takes from nodes was ever compiled, and there is a processor to spare."""
-    folder, kernel = Path(os.environ.get("NUMBA_CACHE_DIR", "")), g2p.py_func.__qualname__
-    known = any(folder.glob(f"*/*.{kernel}-*.nbi")) if str(folder) != "." else True
-    return sys.platform == "linux" and not known and len(os.sched_getaffinity(0)) > 1
+    folder, kernel = os.environ.get("NUMBA_CACHE_DIR"), g2p.py_func.__qualname__
+    if not folder or sys.platform != "linux" or len(os.sched_getaffinity(0)) < 2:
+        return False
+    return not any(Path(folder).glob(f"*/*.{kernel}-*.nbi"))
 
 
 @contextmanager

@@ -2,7 +2,7 @@
 
 from mpmbench.core.compiled import compiled, matrix
 from mpmbench.core.materials import Material, energy_density
-from mpmbench.core.particles import Particles
+from mpmbench.core.particles import FINITE, Particles
 
 
 @compiled
@@ -42,9 +42,9 @@ def first_bad_volume(V, V0, start, stop):
     V, V0 = V[start:stop], V0[start:stop]
     bad = 0
     for p in range(V.shape[0]):  # in vector instructions
-        bad += V0[p] > 0.0 and not (0.0 < V[p] < 1e300)
+        bad += V0[p] > 0.0 and not (0.0 < V[p] < FINITE)
     if bad > 0:
         for p in range(V.shape[0]):
-            if V0[p] > 0.0 and not (0.0 < V[p] < 1e300):
+            if V0[p] > 0.0 and not (0.0 < V[p] < FINITE):
                 return start + p
     return -1

@@ -12,6 +12,7 @@ from mpmbench.core.geometry import Box, tensor_points
 
 # Nodal mass [kg] where points see a node but give it nothing: not zero, and of no weight anywhere.
 SEEN = 1e-300
+FINITE = 1e300  # [m^dim]; no volume is larger
 # Names that a run's result and snapshots have for themselves.
 RESULT_NAMES = (
     *("time", "x", "v", "F", "sigma", "V", "state"),

@@ -9,6 +9,7 @@ import pytest
 from mpmbench.analysis.slopes import fitted_order
 from mpmbench.core import registry
 from mpmbench.core.errors import NotApplicable
+from mpmbench.core.loops.explicit import Explicit
 from tests.core.support import run
 
 MATERIAL = registry.get("material", "neo_hookean")(
@@ -143,3 +144,16 @@ def test_what_its_force_is_not_made_for_is_refused(name: str) -> None:
     with pytest.raises(NotApplicable, match="neo_hookean"):
         other = registry.get("material", "hencky_elastic")()
         problem.check(other, SimpleNamespace(dynamic=True), "linear", 8)
+
+
+@pytest.mark.parametrize("seeding", ("polar", "cartesian"))
+def test_particles_of_a_cell_follow_each_other(seeding: str) -> None:
+    problem = registry.get("problem", "generalized_vortex")(seeding=seeding)
+    X, V0 = problem.seed(6, 9)
+    box = problem.nodes(6, Explicit())
+    cells = np.floor((X - box.lower) / box.spacing)
+    changes = np.count_nonzero((cells[1:] != cells[:-1]).any(axis=1))
+    assert changes < 1.05 * len(np.unique(cells, axis=0))  # a few are on edges, within rounding
+    radius = np.hypot(*X.T).round(9)
+    for one in np.unique(radius):  # volumes go with their places
+        assert np.ptp(V0[radius == one]) < 1e-15

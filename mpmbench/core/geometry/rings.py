@@ -16,8 +16,8 @@ def seed_ring(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Particles of a ring: on concentric circles, or those of a lattice whose middles are in the ring.
 
-    Those in one of the square cells that are as wide as `ring_grid` has them follow each other, which
-    makes a step on such a grid 1.5 times as fast.
+    Those in one of the square cells that are as wide as `ring_grid` has them follow each other, since
+    kernels add them to the nodes of their cell together.
 
     Parameters
     ----------

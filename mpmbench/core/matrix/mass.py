@@ -79,7 +79,6 @@ class LumpedMass:
 
     def __init__(self, fixed: np.ndarray, light_nodes: LightNodes) -> None:
         self.fixed, self.light_nodes = fixed, light_nodes
-        self.axes = (0.0,) * fixed.shape[1]
         self.seen = stretches(np.ones(len(fixed), dtype=np.bool_))
         self.m_i = np.zeros(len(fixed))
         self._system = self.m_i
@@ -98,7 +97,7 @@ class LumpedMass:
 
     def solve(self, rhs: np.ndarray, out: np.ndarray) -> None:
         force = self.light_nodes.gathered(rhs, self._force, self.seen)
-        over(divide, self.seen, self.axes, self._system, self.fixed, force, out)
+        over(divide, self.seen, self.light_nodes.axes, self._system, self.fixed, force, out)
         self.light_nodes.scatter(out)
 
     def divide_at(self, node: np.ndarray, rhs: np.ndarray) -> np.ndarray:

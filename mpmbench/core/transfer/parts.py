@@ -11,8 +11,7 @@ import numpy as np
 
 from mpmbench.core.bases.handle import Affine, locate, scratch, spread_affine, take_affine
 from mpmbench.core.compiled import implements
-
-FINITE = 1e300  # [m^dim]; no volume is larger
+from mpmbench.core.particles import FINITE
 
 
 class Nothing(NamedTuple):
