@@ -43,6 +43,8 @@ def test_nodes_that_are_left_have_nothing(keeps: bool) -> None:
         marks[0, seen[:1]] = marks[1, seen[1:]] = 1
         nodes.look(marks)
         assert numbers(nodes.seen) == seen
+        if 10 in seen:  # what is seen again has what it had
+            assert nodes.m[3] == 1.0 and (nodes.v[3] == 1.0).all() and not nodes.new[3]
         for field in (
             nodes.m,
             nodes.q,

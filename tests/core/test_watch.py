@@ -78,6 +78,18 @@ def test_a_particle_that_leaves_is_seen(
 
 
 @pytest.mark.parametrize("update", ("usl", "musl", "usf"))
+def test_a_body_that_leaves_the_grid_unstrained_is_seen(update: str) -> None:
+    s = vortex(method__stress_update=update)
+    advance(s)
+    guard(s)
+    s.particles.v[:] = [1e3, 0.0]
+    advance(s)
+    assert (s.particles.V[s.particles.material] > 0.0).all() and s.bad is not None and s.bad > 0
+    with pytest.raises(BrokeDown, match="left the nodes' domain"):
+        guard(s)
+
+
+@pytest.mark.parametrize("update", ("usl", "musl", "usf"))
 def test_a_volume_that_is_lost_is_seen(update: str) -> None:
     s = vortex(method__stress_update=update)
     advance(s)
