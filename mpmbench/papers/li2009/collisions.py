@@ -243,8 +243,8 @@ def _momenta(page: Chapter, campaigns: Campaigns, match: Match, name: str) -> No
             )
         whole = 1e-3 * np.sum(momentum[:, :, d], axis=1)
         axis.plot(*thinned(found["time"], whole), "k--", label="total", lw=1.0)
-        axis.set_title(f"along x_{d + 1}", fontsize=7, pad=3)
-    axes[0][0].legend(fontsize=5)
+        axis.set_title(f"along $x_{d + 1}$", fontsize=7, pad=3)
+    figure.legend(*axes[0][0].get_legend_handles_labels(), fontsize=5, loc="outside right center")
     name_axes(figure, "time [s]", "momentum [Mg m/s]")
     page.draw("momenta", "Figs. 5.10, 5.11: momentum of each cube", f"{name}.", figure)
 
@@ -254,12 +254,12 @@ def _motion(page: Chapter, campaigns: Campaigns, match: Match, name: str) -> Non
     wanted = ("snapshot_time", "position", "body")
     _, found = variables(campaigns, "six_cubes", *wanted, **match)
     shots = range(1, len(found["snapshot_time"]))
-    figure, axes = panels(1, len(shots), 1.9, sharex=True, sharey=True)
+    figure, axes = panels(1, len(shots), 2.3, sharex=True, sharey=True)
     for axis, shot in zip(axes[0], shots, strict=True):
         x = found["position"][shot]
         axis.scatter(x[:, 0], x[:, 1], c=found["body"], s=0.5, lw=0.0, cmap="tab10", vmax=10.0)
         axis.set_aspect("equal")
         axis.set_title(f"{found['snapshot_time'][shot]:.3g} s", fontsize=7, pad=3)
-    name_axes(figure, "x_1 [m]", "x_2 [m]")
+    name_axes(figure, "$x_1$ [m]", "$x_2$ [m]")
     key = f"motion_{match['contact__name']}_{match['method']}"
     page.draw(key, "Fig. 5.12: motion of six cubes", f"{name}.", figure)
