@@ -11,6 +11,7 @@ from mpmbench.papers.parts import finished, numbers, quantities
 from mpmbench.report import solids, style
 from mpmbench.report.evidence import MissingRuns
 from mpmbench.report.figures import name_axes, panels, single
+from mpmbench.report.tables import Cell
 
 Match = dict[str, Any]
 SPEEDS = (500.0, 750.0, 1000.0, 1250.0, 1500.0, 2000.0, 2500.0, 3000.0)  # [m/s]
@@ -85,11 +86,13 @@ def impact_chapter(campaigns: Campaigns) -> Chapter:
     _curves(page, campaigns)
     for name in CRATERS:
         _craters(page, campaigns, name, METHODS[name])
-    rows = [
-        [name, speed, *quantities(campaigns, campaign, READ, **match, problem__speed=speed)]
-        for campaign, name, match, speeds in curves()
-        for speed in speeds
-    ]
+    rows = []
+    for campaign, name, match, speeds in curves():
+        for speed in speeds:
+            row = quantities(campaigns, campaign, READ, **match, problem__speed=speed)
+            if not any(one.files for one in row):  # empty is a run that keeps too much energy
+                row = [Cell("not run") for _ in row]
+            rows.append([name, speed, *row])
     columns = ["method", "velocity [m/s]", "depth over diameter", "time to dissipation [s]"]
     columns += ["energy of the sphere left", "energy not explained", "change of the energy"]
     columns += ["depth by the energy of the centre"]
