@@ -174,11 +174,11 @@ def as_numbers(before: EndState) -> tuple[np.ndarray, str]:
         "shapes": {place: list(array.shape) for place, array in arrays.items()},
         "sizes": [len(part) for part in row],
         "single": before.single,
-        "history": plain(before.history),
-        "records": plain(before.records),
+        "history": before.history,
+        "records": before.records,
         "times": [shot["time"] for shot in before.snapshots],
     }
-    return np.concatenate(row), json.dumps(told, separators=(",", ":"))
+    return np.concatenate(row), json.dumps(told, separators=(",", ":"), default=plain)
 
 
 def tight(values: np.ndarray) -> np.ndarray:
@@ -187,11 +187,7 @@ def tight(values: np.ndarray) -> np.ndarray:
 
 
 def plain(value: Any) -> Any:
-    """Lists and numbers of Python instead of arrays and numbers of numpy."""
-    if isinstance(value, dict):
-        return {name: plain(one) for name, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(one) for one in value]
+    """Lists and numbers of Python instead of an array or a number of numpy."""
     return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
 
 

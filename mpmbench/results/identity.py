@@ -4,6 +4,7 @@ import hashlib
 import json
 import re
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -45,10 +46,11 @@ def result_path(config: dict[str, Any]) -> Path:
     return here() / config["output_dir"] / config["campaign"] / name
 
 
-def solver_files(with_plugins: bool = True) -> list[Path]:
-    """Every source file of the solver, and of the plug-ins, in a fixed order."""
+@cache
+def solver_files() -> dict[str, Path]:
+    """Every source file of the solver by its path in the package, in a fixed order."""
     files = [file for room in SOLVER for file in sorted((PACKAGE / room).rglob("*.py"))]
-    return [*files, *(plugin_files() if with_plugins else [])]
+    return {str(file.relative_to(PACKAGE)): file for file in files}
 
 
 def sources_hashes() -> tuple[str, str]:
@@ -71,7 +73,7 @@ def sources_hashes() -> tuple[str, str]:
 
 def kernel_files() -> list[Path]:
     """Every file of the solver with compiled functions, or that such a file imports, in a fixed order."""
-    ours = {str(file.relative_to(PACKAGE)): file for file in solver_files(with_plugins=False)}
+    ours = solver_files()
     text = {name: file.read_text(encoding="utf-8") for name, file in ours.items()}
     waiting = [name for name in ours if COMPILES.search(text[name])]
     found: set[str] = set()
@@ -93,7 +95,7 @@ def code_digests(config: dict[str, Any]) -> dict[str, str]:
 
     These are the driver of a case, the chosen plug-ins and all that they import of the package.
     """
-    ours = {str(file.relative_to(PACKAGE)): file for file in solver_files(with_plugins=False)}
+    ours = solver_files()
     waiting = {name: ours[name] for name in ("case/build.py", "core/registry.py")}
     for kind, option in _chosen(config).items():
         chosen = places(kind).get(option)

@@ -67,19 +67,24 @@ def write(variables: Variables, attributes: Mapping[str, Any], path: Path) -> No
         try:
             with netCDF4.Dataset(temporary, "w") as file:
                 file.setncatts(attributes)
-                for name, (dims, values, labels) in variables.items():
-                    put(file, name, (dims,) if isinstance(dims, str) else dims, values, labels)
-                put(file, digest.VARIABLE, ("text",), seal, text)
+                # All are defined before any has values: the library writes its headers once for that.
+                defined = [
+                    define(file, name, (dims,) if isinstance(dims, str) else dims, values, labels)
+                    for name, (dims, values, labels) in variables.items()
+                ]
+                defined.append(define(file, digest.VARIABLE, ("text",), seal, text))
+                for variable, array in defined:
+                    variable[...] = array
             digest.seal(temporary)
         except (OSError, RuntimeError) as error:  # the netCDF library hides that a disk is full
             size = sum(np.asarray(values).nbytes for _, values, _ in variables.values())
             raise refusal(temporary, size) or OSError(str(error)) from None
 
 
-def put(
+def define(
     file: netCDF4.Dataset, name: str, dims: Iterable[str], values: Any, labels: Mapping[str, str]
-) -> None:
-    """Write one variable, with what the convention CF wants readers to know of it."""
+) -> tuple[netCDF4.Variable, np.ndarray]:
+    """Define one variable, with what the convention CF wants readers to know of it; it and its values."""
     dims, array = tuple(dims), np.asarray(values)
     if len(dims) != array.ndim:
         raise ValueError(f"{name} has {array.ndim} axes, and {len(dims)} names for them")
@@ -97,7 +102,7 @@ def put(
     variable.setncatts(labels)
     if "snapshot" in dims and name != SNAPSHOTS:
         variable.coordinates = SNAPSHOTS
-    variable[...] = array
+    return variable, array
 
 
 def refusal(place: Path, size: int) -> OSError | None:

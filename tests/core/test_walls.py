@@ -28,7 +28,9 @@ def test_a_node_at_two_walls_answers_to_both() -> None:
     """What is found at the contacts alone is the answer of all nodes there; held components have none."""
     rng, fixed = np.random.default_rng(2), np.zeros((4, 2), dtype=bool)
     fixed[3, 1] = True
-    nobody: Any = SimpleNamespace(axes=(0.0, 0.0), gathered=lambda rhs, *_: rhs, scatter=lambda _: None)
+    nobody: Any = SimpleNamespace(
+        axes=(0.0, 0.0), gathered=lambda rhs, *_: rhs, scatter=lambda _: None
+    )
     mass = LumpedMass(fixed, nobody)
     mass.m_i = mass._system = rng.uniform(1.0, 2.0, 4)
     s: Any = SimpleNamespace(mass=mass, nodes=SimpleNamespace(v=np.zeros((4, 2))))

@@ -41,8 +41,8 @@ def reading() -> Reading | None:
 
 def own_time() -> float:
     """CPU time [s] of this process, of its parent and of the command."""
-    parents = psutil.Process().parents()[:2]
-    times = [parent.cpu_times() for parent in parents]
+    server = psutil.Process(os.getppid())
+    times = [one.cpu_times() for one in (server, server.parent()) if one is not None]
     return time.process_time() + sum(spent.user + spent.system for spent in times)
 
 
