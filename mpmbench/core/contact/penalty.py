@@ -14,6 +14,8 @@ momentum are conserved, and so is the energy with U.
 
 On a grid, points of a surface see nodes that particles have hardly reached. Nodes too light for the
 step follow their neighbours and hand them the forces (`mpmbench.core.stability.spare_light_nodes`).
+A point that only nodes without mass see was torn off the material: it holds nothing, and its facets
+neither, since no node could take the force.
 
 With friction a point sticks to its facet by a spring of the same stiffness, which slides when its
 force exceeds mu times the normal one.
@@ -32,6 +34,7 @@ from mpmbench.core.compiled import compiled, lean, vector
 from mpmbench.core.contact import Contact, ContactRule
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry.surface import facet_normals
+from mpmbench.core.particles import SEEN
 from mpmbench.core.registry import register
 from mpmbench.core.setting import setting
 from mpmbench.core.stability import spare_light_nodes
@@ -76,6 +79,8 @@ class SurfaceContact(Contact):
     ----------
     stuck : ndarray
         Stretch of the spring along the facet at each point [m], shape (S, dim); 0 without friction.
+    torn : ndarray of bool
+        Whether a point sees no mass any more, shape (S,).
     energy : ndarray
         What is stored in all springs now, and what friction has taken so far [J].
     """
@@ -93,6 +98,7 @@ class SurfaceContact(Contact):
         self.force = np.zeros((points, self.dimension))
         self.stuck = np.zeros((points, self.dimension))
         self.normal = np.zeros((points, self.dimension))
+        self.torn = np.zeros(points, dtype=np.bool_)
         self.nodal_force = np.zeros_like(s.nodes.v)
         self.energy = np.zeros(2)
         self._facet_body = surface.body[surface.facet[:, 0]]
@@ -116,6 +122,7 @@ class SurfaceContact(Contact):
         spare_light_nodes(s)
         self._take(s)
         self.nodal_force[:] = 0.0
+        mark_torn(s.basis.handle, s.particles.x, self.surface.row, s.nodes.m, self.torn)
         if self.find(s, s.time_step):
             row = self.surface.row
             spread_points(s.basis.handle, s.particles.x, row, self.force, self.nodal_force)
@@ -149,7 +156,7 @@ class SurfaceContact(Contact):
             (0.0,) * self.dimension,
             self._buckets,
             (surface.body, surface.facet, surface.area, self._facet_body, self.normal),
-            (self.x, self.v, self.stuck, self.force),
+            (self.x, self.v, self.stuck, self.force, self.torn),
             self.stiffness,
             self.friction,
             self.deepest,
@@ -238,13 +245,22 @@ def square_from(axes, x, corner, p, share):
 
 
 @lean
+def any_of(axes, marked, corner):
+    """Whether a corner of a facet is marked."""
+    found = False
+    for e in range(len(axes)):
+        found = found or marked[corner[e]]
+    return found
+
+
+@lean
 def springs(axes, buckets, surface, points, stiffness, friction, deepest, dt, energy):
     """Add the forces between points and facets [N], shape (S, dim), and their energies [J].
 
     A point meets the nearest place on the surfaces of other bodies, if it is behind it.
     """
     body, facet, area, facet_body, normal = surface
-    x, v, stuck, force = points
+    x, v, stuck, force, torn = points
     dim = len(axes)
     share, best, other = vector(axes), vector(axes), vector(axes)
     away, slip = vector(axes), vector(axes)
@@ -252,7 +268,7 @@ def springs(axes, buckets, surface, points, stiffness, friction, deepest, dt, en
         cell, found, square = cell_of(buckets, dim, x, p), -1, deepest * deepest
         for c in range(buckets.first[cell], buckets.first[cell + 1]):
             f = buckets.entry[c]
-            if facet_body[f] == body[p]:
+            if torn[p] or facet_body[f] == body[p] or any_of(axes, torn, facet[f]):
                 continue
             if dim == 2:
                 nearest_on_segment(axes, x, facet[f, 0], facet[f, 1], p, 0, 1, share)
@@ -332,3 +348,14 @@ def spread_points(phi, x, row, force, nodal):
             i = index(phi, at, k)
             for d in range(len(phi.axes)):
                 nodal[i, d] += phi_i * force[n, d]
+
+
+@lean
+def mark_torn(phi, x, row, m, torn):
+    """Mark the points x[row] that see no mass: ``sum_i |phi_i(x_p)| m_i`` is that of seen nodes alone."""
+    work, grad_phi = scratch(phi), vector(phi.axes)
+    for n in range(row.shape[0]):
+        at, total = locate(phi, x, row[n], work), 0.0
+        for k in range(count(phi, at)):
+            total += abs(value(phi, at, k, work, grad_phi)) * m[index(phi, at, k)]
+        torn[n] = not total > 2.0 * SEEN

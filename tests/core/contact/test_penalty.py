@@ -12,7 +12,8 @@ from mpmbench.core.contact.penalty import Penalty, SurfaceContact, boxes_touch
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.geometry import Box, Cloud
 from mpmbench.core.geometry.triangulate import extruded, unit_square
-from mpmbench.core.particles import Particles
+from mpmbench.core.loops.explicit import total_force
+from mpmbench.core.particles import SEEN, Particles
 from mpmbench.core.registry import get
 from tests.core.contact.checks import judge
 from tests.core.support import compose, run
@@ -137,6 +138,24 @@ def test_nodes_too_light_for_the_step_follow_their_neighbours(rule: str) -> None
     s.time_step = 1e-9
     s.contact.push(s)
     assert s.mass.light_nodes.cutoff == s.choices.mass_cutoff
+
+
+def test_points_torn_off_the_material_hold_nothing() -> None:
+    """Their nodes have no mass that could take a force: it would be an acceleration of 1e300."""
+    s = case.build(
+        case.read(compose("two_squares", "mpm", "linear", contact="penalty", resolution=2))
+    )
+    s.time_step, p, h = 1e-6, s.particles, s.geometry.nodal_spacing
+    first, second = (s.bodies.particle == b for b in range(2))
+    p.x[second, 0] -= p.x[second, 0].min() - p.x[first, 0].max() + 0.3 * h
+    s.basis.locate(p.x)
+    total_force(s)
+    assert not s.contact.torn.any() and s.contact.force.any()
+    p.x[p.m > 0.0] = np.asarray(s.geometry.lower) + 0.25 * h
+    s.basis.locate(p.x)
+    total_force(s)
+    assert s.contact.torn.all() and not s.contact.force.any() and s.contact.energy[0] == 0.0
+    assert not s.nodes.f[s.nodes.m <= 2.0 * SEEN].any()
 
 
 @pytest.mark.slow
