@@ -141,8 +141,9 @@ def in_units(words: str, unit: str) -> str:
 
 
 def unit_text(unit: str) -> str:
-    """``m/s`` of ``m s-1``; nothing of a plain number."""
-    return "" if unit == "1" else re.sub(r"(?<=[A-Za-z])(?=\d)", "^", unit.replace(" s-1", "/s"))
+    """``m/s`` of ``m s-1``, ``kg/m^2`` of ``kg m-2``; nothing of a plain number."""
+    divided = re.sub(r" ([A-Za-z]+)-(?:1\b)?", r"/\1", unit)
+    return "" if unit == "1" else re.sub(r"(?<=[A-Za-z])(?=\d)", "^", divided)
 
 
 def wrapped(label: str, width: int) -> str:

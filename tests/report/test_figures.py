@@ -304,3 +304,9 @@ def test_line_of_particles_is_a_thin_sorted_row(layout):
     assert 10 <= len(row) <= 40
     assert np.all(np.diff(points[row, 0]) >= 0)
     assert np.all(np.abs(points[row, 1] - 0.5) <= 0.03)
+
+
+def test_units_are_written_as_fractions():
+    given = ("m s-1", "kg m-2", "kg m2 s-1", "m1.5 s-1", "m s-2", "J", "1")
+    shown = ["m/s", "kg/m^2", "kg m^2/s", "m^1.5/s", "m/s^2", "J", ""]
+    assert [figures.unit_text(unit) for unit in given] == shown

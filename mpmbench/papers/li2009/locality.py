@@ -1,5 +1,6 @@
 """What gamma does, which the thesis gives for none of its dynamic problems."""
 
+import re
 from typing import Any
 
 from mpmbench.analysis.estimate import asymptotic_text, numbers_text, slopes_text
@@ -62,7 +63,8 @@ def _shock(page: Chapter, campaigns: Campaigns) -> None:
             ]
         ticks(axis, GAMMAS)
         log_ticks(axis.yaxis, span=100.0)
-        axis.set_ylabel(f"error of the {norm}")
+        raised = re.sub(r"m\^?([\d.]+)", r"m$^{\1}$", norm)
+        axis.set_ylabel(f"error of the {raised}")
     axes[0, 0].legend()
     name_axes(figure, r"$\gamma$")
     caption = f"The shock in one dimension with {GRIDS[-1]} cells."
