@@ -66,13 +66,15 @@ def write(variables: Variables, attributes: Mapping[str, Any], path: Path) -> No
     with in_one_move(path) as temporary:
         try:
             with netCDF4.Dataset(temporary, "w") as file:
+                # First of all, so that what is left of a file that was cut has it.
+                variable, array = define(file, digest.VARIABLE, ("text",), seal, text)
+                variable[...] = array
                 file.setncatts(attributes)
                 # All are defined before any has values: the library writes its headers once for that.
                 defined = [
                     define(file, name, (dims,) if isinstance(dims, str) else dims, values, labels)
                     for name, (dims, values, labels) in variables.items()
                 ]
-                defined.append(define(file, digest.VARIABLE, ("text",), seal, text))
                 for variable, array in defined:
                     variable[...] = array
             digest.seal(temporary)
