@@ -1,8 +1,8 @@
 """The command ``reproduce``: all experiments of a paper, what is missing of them, and then its report.
 
 Experiments that ask for exclusive timing run alone, the others two at a time, each as a program of
-its own. An experiment that is complete is known by a stamp in its folder, so that a second call
-composes nothing.
+its own; when none is left to begin, a second program shares the runs of one that is under way. An
+experiment that is complete is known by a stamp in its folder, so that a second call composes nothing.
 """
 
 import hashlib
@@ -14,9 +14,10 @@ import sys
 import threading
 import time
 from collections.abc import Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from typing import Any
 
 from mpmbench.commands import bisect
@@ -149,12 +150,34 @@ def run_all(todo: list[Experiment], pairs: list[str]) -> bool:
 
     Whatever ends this early ends the sweeps that it has started, with their records.
     """
-    together = [experiment for experiment in todo if not experiment.alone]
-    pool = ThreadPoolExecutor(min(AT_A_TIME, os.cpu_count() or 1))
+    waiting: SimpleQueue[Experiment] = SimpleQueue()
+    under_way: list[Experiment] = []
+    at_a_time = min(AT_A_TIME, os.cpu_count() or 1)
+    pool = ThreadPoolExecutor(at_a_time)
+
+    def work() -> None:
+        while True:
+            try:
+                one = waiting.get_nowait()
+            except Empty:
+                break
+            under_way.append(one)
+            done.append(run(one, pairs))
+            under_way.remove(one)
+        for one in tuple(under_way):  # sweeps that want the same runs share them
+            sweep(one, one.name, pairs, with_plugins(os.environ, one.plugins))
+
     _stop.clear()
     try:
         done = [run(experiment, pairs) for experiment in todo if experiment.alone]
-        done += pool.map(lambda experiment: run(experiment, pairs), together)
+        for experiment in todo:
+            if not experiment.alone:
+                waiting.put(experiment)
+        workers = [pool.submit(work) for _ in range(at_a_time)]
+        wait(workers, return_when=FIRST_EXCEPTION)
+        for worker in workers:
+            if worker.done():
+                worker.result()
     except BaseException:
         _stop.set()
         for process in list(_running):

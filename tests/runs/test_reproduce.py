@@ -1,6 +1,7 @@
 """The command `reproduce`: what is missing, then the report; a failure of a method is a result, an accident is none."""
 
 import os
+import threading
 import time
 
 import psutil
@@ -71,6 +72,28 @@ def test_runs_what_is_missing_and_then_nothing(command, folder, study, monkeypat
     assert [file.stat().st_mtime_ns for file in files] == before
     files[0].unlink()
     assert "1 to run" in command("reproduce", "mini").out and files[0].exists()
+
+
+def test_the_last_experiment_is_shared(folder, study, monkeypatch):
+    """Who has none left to begin sweeps the one that is under way, once; nobody sweeps what is done."""
+    (study / "two.yaml").write_text(EXPERIMENT)
+    (study / "three.yaml").write_text(EXPERIMENT)
+    begun, last = [], threading.Event()
+
+    def run(one, pairs):
+        begun.append(one.short)
+        if one.short == "two":
+            assert last.wait(20.0)
+        return one.short != "one"
+
+    def sweep(one, *_):
+        begun.append(f"{one.short} again")
+        last.set()
+
+    monkeypatch.setattr(reproduce, "run", run)
+    monkeypatch.setattr(reproduce, "sweep", sweep)
+    assert not reproduce.run_all(reproduce.choose("mini", folder / "results"), [])
+    assert sorted(begun[:3]) == ["one", "three", "two"] and begun[3:] == ["two again"]
 
 
 def test_the_stamp_knows_the_experiment_the_settings_and_the_files(folder, study):
