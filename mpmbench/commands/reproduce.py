@@ -17,7 +17,6 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
-from queue import Empty, SimpleQueue
 from typing import Any
 
 from mpmbench.commands import bisect
@@ -150,17 +149,13 @@ def run_all(todo: list[Experiment], pairs: list[str]) -> bool:
 
     Whatever ends this early ends the sweeps that it has started, with their records.
     """
-    waiting: SimpleQueue[Experiment] = SimpleQueue()
+    together = iter([experiment for experiment in todo if not experiment.alone])
     under_way: list[Experiment] = []
     at_a_time = min(AT_A_TIME, os.cpu_count() or 1)
     pool = ThreadPoolExecutor(at_a_time)
 
     def work() -> None:
-        while True:
-            try:
-                one = waiting.get_nowait()
-            except Empty:
-                break
+        for one in together:  # whichever thread comes first
             under_way.append(one)
             done.append(run(one, pairs))
             under_way.remove(one)
@@ -170,9 +165,6 @@ def run_all(todo: list[Experiment], pairs: list[str]) -> bool:
     _stop.clear()
     try:
         done = [run(experiment, pairs) for experiment in todo if experiment.alone]
-        for experiment in todo:
-            if not experiment.alone:
-                waiting.put(experiment)
         workers = [pool.submit(work) for _ in range(at_a_time)]
         wait(workers, return_when=FIRST_EXCEPTION)
         for worker in workers:
