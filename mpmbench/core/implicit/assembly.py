@@ -196,6 +196,19 @@ def interpolate(phi, u, out):
 
 
 @compiled
+def internal_work(phi, V, sigma, du):
+    """``sum_p V_p sigma_p : grad du``: the work of the stress on an increment, shape (N, dim) [J]."""
+    work = 0.0
+    for p in range(phi.size.shape[0]):
+        for k in range(phi.size[p]):
+            i = phi.index[p, k]
+            for a in range(len(phi.axes)):
+                for b in range(len(phi.axes)):
+                    work += V[p] * sigma[p, a, b] * du[i, a] * phi.grad_phi[p, k, b]
+    return work
+
+
+@compiled
 def commit(axes, V0, F_new, state_new, tau, F, state, V, sigma):
     """Take over the converged state: F, history, ``V = J V_0`` and ``sigma = tau / J``."""
     for p in range(V0.shape[0]):

@@ -49,6 +49,17 @@ def cells_of(size: np.ndarray, index: np.ndarray) -> Cells:
     return Cells(first, member[np.argsort(cell.ravel(), kind="stable")])
 
 
+def with_mean_pressure(sigma: np.ndarray, V: np.ndarray, cells: Cells) -> np.ndarray:
+    """The stresses that act on ``grad v`` in f(v) at the start of a step: each cell has one pressure."""
+    first, member = cells.first[:-1], cells.member
+    out, axes = sigma.copy(), np.arange(sigma.shape[1])
+    pressure, volume = np.trace(sigma[member], axis1=1, axis2=2) / len(axes), V[member]
+    mean = np.add.reduceat(volume * pressure, first) / np.add.reduceat(volume, first)
+    change = np.repeat(mean, np.diff(cells.first)) - pressure
+    out[member[:, None], axes, axes] += change[:, None]
+    return out
+
+
 @compiled
 def equilibrium(law, phi, start, du, iterate, force, slot, blocks, cells):
     """`assembly.equilibrium` with F-bar: the same sums, and each cell's own as products of vectors.

@@ -12,7 +12,7 @@ from mpmbench.core.errors import require
 from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.contact import OPEN, WallContact
 from mpmbench.core.implicit.newton import Equations, Inertia, equilibrate
-from mpmbench.core.implicit.step import apply_loads, convect, prepare, reaction
+from mpmbench.core.implicit.step import apply_loads, convect, given_by_mapping, prepare, reaction
 from mpmbench.core.implicit.workspace import Workspace
 from mpmbench.core.loads import body_force, work_of_loads
 from mpmbench.core.loops.implicit import ImplicitLoop
@@ -100,6 +100,8 @@ class Newmark(ImplicitLoop):
         inertia = Inertia(1.0 / (displacement * dt * dt), start, mass)
 
         before = body_force(s, s.time).copy()
+        apply_loads(s, w, s.time)
+        old = a_old, n.f_external.copy()
         apply_loads(s, w, s.time + dt)
         equations = Equations(s, w, n.f_external, dt, inertia)
         du, residual = equilibrate(s, equations)
@@ -119,6 +121,7 @@ class Newmark(ImplicitLoop):
             assembly.interpolate(w.phi, n.v, p.v)
             assembly.interpolate(w.phi, n.a, p.a)
         else:
+            s.give(-given_by_mapping(s, w, old, du))
             a_p = p.a.copy()
             assembly.interpolate(w.phi, n.a, p.a)  # Eq. 47
             p.v += dt * ((1.0 - velocity) * a_p + velocity * p.a)  # Eq. 48
