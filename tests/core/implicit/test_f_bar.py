@@ -7,7 +7,8 @@ import pytest
 
 from mpmbench import case
 from mpmbench.core.errors import NotApplicable
-from mpmbench.core.implicit.f_bar import cells_of
+from mpmbench.core.implicit.assembly import internal_work
+from mpmbench.core.implicit.f_bar import cells_of, with_mean_pressure
 from mpmbench.core.implicit.newton import Equations
 from mpmbench.core.implicit.step import convect, prepare
 from mpmbench.core.state import State
@@ -73,6 +74,18 @@ def test_a_cell_has_one_change_of_volume_and_keeps_its_volume() -> None:
         assert np.ptp(J_bar[member]) < 1e-12
         assert np.ptp(J[member]) > 1e-3  # without F-bar they differ
         assert V[member] @ J_bar[member] == pytest.approx(V[member] @ J[member], rel=1e-12)
+
+
+def test_the_work_of_stresses_with_the_mean_pressure_is_that_of_the_forces() -> None:
+    """At the start of a step, where stresses are those that particles keep; their own would miss it."""
+    state, equations = state_of(material__poisson_ratio=0.45)
+    p, w, direction = state.particles, equations.w, random_increment(equations, 5)
+    assert equations.residual(np.zeros_like(direction)) is not None
+    wanted = float(np.sum(equations.internal * direction))
+    assert w.cells is not None
+    with_mean = internal_work(w.phi, p.V, with_mean_pressure(p.sigma, p.V, w.cells), direction)
+    assert with_mean == pytest.approx(wanted, rel=1e-10)
+    assert internal_work(w.phi, p.V, p.sigma, direction) != pytest.approx(wanted, rel=1e-5)
 
 
 def test_cells_are_particles_with_the_same_functions() -> None:
