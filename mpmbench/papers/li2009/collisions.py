@@ -9,6 +9,7 @@ from mpmbench.papers.parts import quantities, thinned
 from mpmbench.report.evidence import MissingRuns
 from mpmbench.report.figures import name_axes, panels
 from mpmbench.report.tables import Cell
+from mpmbench.report.timing import clock_in
 
 Match = dict[str, Any]
 RULES: dict[str, Match] = {
@@ -157,8 +158,8 @@ def slip_chapter(campaigns: Campaigns) -> Chapter:
         numeric=range(1, 8),
         note="OTM; three quarters of the faces cover each other when they meet. Friction on plane faces keeps "
         "the ratio of the impulses below its coefficient however fast bodies slide; bodies that stick have one that "
-        "grows with the speed. Squares that have turned meet again by their corners, which adds to it. Times "
-        "were measured beside other work.",
+        "grows with the speed. Squares that have turned meet again by their corners, which adds to it. "
+        + clock_in(campaigns, "contact_slip").note,
     )
     return page
 

@@ -137,6 +137,7 @@ def slipping(shared: float, *ratios: float) -> Tell:
         rule, slip = match["contact__name"], match["problem__slip"]
         if quantity == "impulse_ratio":
             return ratios[SLIPS.index(slip)] if rule == "shared" else FRICTION
+        assert match["timing_context"] == "exclusive"  # other times decide nothing
         if quantity == "steps":
             return 10.0 * slip
         odd = 9.0 if slip == 4.0 else 1.0  # what was measured beside other work
