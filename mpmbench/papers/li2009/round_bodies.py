@@ -71,8 +71,10 @@ def round_chapter(campaigns: Campaigns) -> Chapter:
         page.tabulate(problem, title, columns, rows, numeric=range(1, len(columns)), note=note)
     page.notes.append(
         "Instants of contact are those at which a thousandth of the largest momentum has changed its "
-        "body, and after which no more than that still does. SPH and the Galerkin meshfree methods are left "
-        "out: SPH needs its particles at nodes, and implicit methods with nodes of their own know no contact "
-        "between bodies."
+        "body, and after which no more than that still does. Implicit MPM maps accelerations from its particles "
+        "(Iaconeta 2017, Eq. 41), which are not those of the forces where bodies meet: it makes or loses the "
+        "energy that it counts among what transfers lose. SPH is left out, since it needs its particles at nodes, "
+        "and implicit methods on moving clouds of nodes for their time: `experiments=impacts` and "
+        "`impacts_sphere` have them."
     )
     return page
