@@ -12,6 +12,8 @@ from tests.core.support import compose
     ("problem", "resolution", "names"),
     (
         ("taylor_anvil", 2, {"length", "radius_fifth", "von_mises_max", "plastic_strain_max"}),
+        ("two_squares", 4, {"kinetic_energy_kept", "velocity_1", "pulled_back", "captured"}),
+        ("sphere_impact", 2, {"sphere_energy_left", "captured"}),
         ("zalesak_rotation", 6, {"shape_residual", "kinetic_energy_kept"}),
     ),
 )
