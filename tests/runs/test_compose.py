@@ -34,6 +34,37 @@ def test_the_same_as_hydra(line):
         assert composer.shared(pairs) == resolved(composer.compose(pairs))
 
 
+EXCHANGED = [
+    ("method=otm basis=lme", "method=mpm basis=bspline basis.degree=3", 1),
+    ("method=otm", "method=unified", 2),  # each brings a basis
+    ("method=otm basis=lme", "method=otm basis=maxent method.mass=lumped", 1),
+    ("problem=six_cubes basis=lme", "problem=two_squares basis=lme", 2),
+    ("problem=six_cubes contact=penalty", "problem=six_cubes contact=multi_field", 1),
+    ("experiments=touching method=mpm basis=lme", "experiments=touching method=mpm basis=mls", 2),
+    (
+        "experiments=quickstart method=mpm basis=lme",
+        "experiments=quickstart method=otm basis=mls",
+        1,
+    ),
+]
+
+
+@pytest.mark.parametrize(("first", "second", "calls"), EXCHANGED)
+def test_exchanged_sections_are_those_of_hydra(first, second, calls, tmp_path, monkeypatch):
+    """The second cell is what Hydra makes of it, by as many compositions; an experiment may fill a section too."""
+    (tmp_path / "experiments").mkdir()
+    (tmp_path / "experiments/touching.yaml").write_text(
+        "# @package _global_\nbasis:\n  relative_radius: 1.7\n"
+    )
+    monkeypatch.setenv("MPMBENCH_PLUGINS", str(tmp_path))
+    with composing(first.split()) as composer:
+        whole, counted = composer.compose, []
+        composer.compose = lambda words: counted.append(words) or whole(words)
+        for line in (first, second):
+            assert composer.shared(line.split()) == resolved(whole(line.split()))
+        assert len(counted) == calls
+
+
 @pytest.mark.parametrize(
     "line", ["basis.degree=2", "limits={time:5}", "output_dir=${campaign}", "resolution=1,2"]
 )
