@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+from mpmbench import case
 from mpmbench.core.bases.grid.ddmp import DualDomain
 from mpmbench.core.bases.grid.linear import Linear
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.geometry import Box
 from mpmbench.core.loops.newmark import Newmark
+from tests.core.support import compose
 
 BOX = Box((-0.3, 0.1), (0.9, 1.1), (4, 3))
 
@@ -62,3 +64,11 @@ def test_implicit_methods_are_refused() -> None:
 def test_too_small_grids_are_refused() -> None:
     with pytest.raises(NotApplicable, match="3 or more cells along each axis, given 2"):
         DualDomain().build(Box((0.0, 0.0), (1.0, 1.0), (4, 2)), 1, False)
+
+
+@pytest.mark.parametrize("rule", ("penalty", "multi_field"))
+def test_nodes_for_each_body_are_refused(rule: str) -> None:
+    """Copies of a grid for bodies need functions that are products, which these gradients are not."""
+    built = case.read(compose("two_squares", "mpm", "ddmp", contact=rule, resolution=4))
+    with pytest.raises(NotApplicable, match="take contact=shared"):
+        case.build(built)

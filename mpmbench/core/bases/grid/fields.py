@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mpmbench.core.bases.grid.product import GridBasis, line, product
+from mpmbench.core.compiled import implemented
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.particles import Particles
 
@@ -49,6 +50,11 @@ class FieldsBasis(GridBasis):
         if basis.stand_ins:
             raise NotApplicable(
                 "nodes for each body need sums over its particles: basis.reconstruction=none"
+            )
+        if not implemented(line, type(basis.handle)):
+            raise NotApplicable(
+                "nodes for each body need functions that are products along the axes, gradients too: "
+                "take contact=shared"
             )
         self.basis, self.lower, self.upper = basis, basis.lower, basis.upper
         self.nodes = np.tile(basis.nodes, (copies, 1))
