@@ -106,7 +106,7 @@ def given_by_mapping(
     Parameters
     ----------
     old : pair of ndarray
-        Accelerations [m/s2] and external forces [N] of the nodes at the start, each of shape (N, dim).
+        Accelerations [m/s2] and forces [N] of loads and walls on the nodes at the start, each of shape (N, dim).
     """
     p, (a, f_external) = s.particles, old
     if s.choices.mass == "lumped":

@@ -101,7 +101,9 @@ class Newmark(ImplicitLoop):
 
         before = body_force(s, s.time).copy()
         apply_loads(s, w, s.time)
-        old = a_old, n.f_external.copy()
+        f_old = n.f_external.copy()
+        if s.loads.walls:
+            f_old += s.walls.nodal_impulse.sum(axis=0) / s.walls.duration
         apply_loads(s, w, s.time + dt)
         equations = Equations(s, w, n.f_external, dt, inertia)
         du, residual = equilibrate(s, equations)
@@ -121,7 +123,7 @@ class Newmark(ImplicitLoop):
             assembly.interpolate(w.phi, n.v, p.v)
             assembly.interpolate(w.phi, n.a, p.a)
         else:
-            s.give(-given_by_mapping(s, w, old, du))
+            s.give(-given_by_mapping(s, w, (a_old, f_old), du))
             a_p = p.a.copy()
             assembly.interpolate(w.phi, n.a, p.a)  # Eq. 47
             p.v += dt * ((1.0 - velocity) * a_p + velocity * p.a)  # Eq. 48
