@@ -96,7 +96,8 @@ def _add_problem(out: Variables, case: Case, state: State, solution: Solution) -
             out["predicted_temporal_floor"] = scalar(floor, "m", text)
     for name, (value, unit, text, *dims) in problem.quantities(solution, case.material).items():
         default = ("time",) if np.ndim(value) else ()
-        out[name] = labelled(dims[0] if dims else default, value, unit, text)
+        if default or solution.status == "ok" or name in problem.known_early:
+            out[name] = labelled(dims[0] if dims else default, value, unit, text)
     _add_end_state(out, solution)
 
 

@@ -44,11 +44,15 @@ class Problem(Settings):
     initial_acceleration : str
         ``balance``: the loop starts with ``M a(0) = f(0)``. Anything else: with the accelerations
         that `prepare` has set, or none, and velocities at t = 0 are taken for those at -dt/2.
+    known_early : tuple of str
+        Numbers among `quantities` that a run which fails has too: largest values, and instants that
+        were reached. Its other numbers belong to an end that it has not seen, and are left out.
     """
 
     dimension: ClassVar[int]
     reference_length: ClassVar[float]
     samples: ClassVar[int] = 200
+    known_early: ClassVar[tuple[str, ...]] = ()
     touches_fixed_nodes: ClassVar[bool] = False
     still: ClassVar[bool] = False
     bends: ClassVar[bool] = False

@@ -47,6 +47,7 @@ class BouncingDisk(Problem):
     bends: ClassVar[bool] = True
     touches_fixed_nodes: ClassVar[bool] = True
     samples: ClassVar[int] = 1000
+    known_early: ClassVar[tuple[str, ...]] = ("first_contact", "strain_energy_max")
 
     @property
     def reference_length(self) -> float:  # type: ignore[override]

@@ -15,10 +15,6 @@ from mpmbench.core.simulation import Solution
 from mpmbench.core.state import State
 from mpmbench.problems import Problem
 
-OF_THE_END = {
-    *("captured", "locked_energy_fraction", "kinetic_energy_kept", "velocity_1", "velocity_2"),
-    *("last_contact", "impulse_ratio", "pulled_back", "sphere_energy_left"),
-}
 NOTICED = 1e-3  # of the largest momentum of a body: bodies have met
 LAST = 0.2  # of the run, over which what is locked is averaged
 
@@ -30,6 +26,7 @@ class Collision(Problem):
     bends: ClassVar[bool] = True
     touches_fixed_nodes: ClassVar[bool] = True
     samples: ClassVar[int] = 400
+    known_early: ClassVar[tuple[str, ...]] = ("captured_most", "strain_energy_max", "first_contact")
 
     def check(self, material: Material, choices: Choices, basis: str, resolution: int) -> None:
         if not choices.dynamic:
@@ -110,7 +107,7 @@ class Collision(Problem):
             out["impulse_ratio"] = (rubbed, "1", text)
             text = "speed of separation that bodies lose again, over that of approach"
             out["pulled_back"] = (pulled_back(momentum / np.array(mass)[:, None]), "1", text)
-        return out if solution.status == "ok" else without_the_end(out)
+        return out
 
 
 def part_of(
@@ -153,11 +150,6 @@ def inside_others(series: np.ndarray) -> dict[str, tuple[Any, ...]]:
         "captured": (int(series[-1]), "1", f"{text} at the end"),
         "captured_most": (int(series.max()), "1", f"most {text} at any time"),
     }
-
-
-def without_the_end(found: dict[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
-    """What a run that failed knows too: series, largest values, and instants that were reached."""
-    return {name: one for name, one in found.items() if name not in OF_THE_END}
 
 
 def pulled_back(velocity: np.ndarray) -> float:

@@ -54,6 +54,9 @@ class PrestretchedBar(Problem):
     random_seed: int = 0
     dimension: ClassVar[int] = 1
     initial_acceleration: ClassVar[str] = "zero"
+    known_early: ClassVar[tuple[str, ...]] = (
+        *("growth", "is_stable", "growth_rate", "growth_rate_predicted", "shortest_wave"),
+    )
 
     @property
     def reference_length(self) -> float:  # type: ignore[override]

@@ -155,31 +155,19 @@ class TaylorAnvil(Problem):
 
     def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
         series = {name: np.array(values) for name, values in solution.history.items()}
-        out: dict[str, tuple[Any, str, str]] = {
-            "length_history": (series["length"], "m", "length of the rod on its axis"),
-            "radius_history": (series["radius_nodes"], "m", "radius of the foot at its rim"),
-            "wall_force": (series["wall_force"], "N", "force of the wall on the rod"),
-        }
-        if solution.status == "ok":
-            out |= self._at_the_end(solution, series, material)
-        touching = np.flatnonzero(series["wall_force"] > 0.0)
-        if len(touching):
-            text = "last instant at which the wall holds the rod"
-            out["last_contact"] = (float(series["time"][touching[-1]]), "s", text)
-        return out
-
-    def _at_the_end(
-        self, solution: Solution, series: dict[str, np.ndarray], material: Material
-    ) -> dict[str, tuple[Any, str, str]]:
         last = solution.snapshots[-1]
         solid = slice(0, len(last["x"]) - len(self.tracers()))
         fields = {name: field[0][solid] for name, field in derived_fields(material, last).items()}
         start = series["kinetic_energy"][0]
         out: dict[str, tuple[Any, str, str]] = {
-            f"{name}_share": (float(series[full][-1] / start), "1", f"{text} over that of impact")
-            for name, full, text in SHARES
-        }
-        out |= {
+            **{
+                f"{name}_share": (
+                    float(series[full][-1] / start),
+                    "1",
+                    f"{text} over that of impact",
+                )
+                for name, full, text in SHARES
+            },
             "radius_fifth": (
                 self._radius_at(0.2 * self.length, last["x"][solid], last["V"][solid]),
                 "m",
@@ -188,6 +176,9 @@ class TaylorAnvil(Problem):
             "length": (series["length"][-1], "m", "length of the rod on its axis at the end"),
             "radius_nodes": (series["radius_nodes"][-1], "m", "radius of the foot at its rim"),
             "radius_points": (series["radius_points"][-1], "m", "that of the outermost particle"),
+            "length_history": (series["length"], "m", "length of the rod on its axis"),
+            "radius_history": (series["radius_nodes"], "m", "radius of the foot at its rim"),
+            "wall_force": (series["wall_force"], "N", "force of the wall on the rod"),
             "von_mises_max": (
                 float(fields["von_mises"].max()),
                 "Pa",
@@ -197,4 +188,8 @@ class TaylorAnvil(Problem):
         if "plastic_strain" in fields:
             strain = float(fields["plastic_strain"].max())
             out["plastic_strain_max"] = (strain, "1", "largest equivalent plastic strain")
+        touching = np.flatnonzero(series["wall_force"] > 0.0)
+        if len(touching):
+            text = "last instant at which the wall holds the rod"
+            out["last_contact"] = (float(series["time"][touching[-1]]), "s", text)
         return out

@@ -58,6 +58,7 @@ class VerticalBar(Problem):
     dimension: int = setting(2, "plane strain or a cube", unit="-", options=(2, 3))  # type: ignore[misc]
     bends: ClassVar[bool] = True
     samples: ClassVar[int] = 500
+    known_early: ClassVar[tuple[str, ...]] = ("largest_gap", "parted_at")
 
     @property
     def reference_length(self) -> float:  # type: ignore[override]

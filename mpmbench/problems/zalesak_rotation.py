@@ -160,8 +160,6 @@ class ZalesakRotation(Problem):
     # quantities of interest
 
     def quantities(self, solution: Solution, material: Material) -> dict[str, tuple[Any, str, str]]:
-        if solution.status != "ok":
-            return {}  # all of them belong to the end
         history = {name: np.array(values) for name, values in solution.history.items()}
         first, last = solution.snapshots[0]["x"], solution.snapshots[-1]["x"]
         angle, residual = best_rotation(first, last)

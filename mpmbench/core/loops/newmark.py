@@ -100,10 +100,11 @@ class Newmark(ImplicitLoop):
         inertia = Inertia(1.0 / (displacement * dt * dt), start, mass)
 
         before = body_force(s, s.time).copy()
-        apply_loads(s, w, s.time)
-        f_old = n.f_external.copy()
-        if s.loads.walls:
-            f_old += s.walls.nodal_impulse.sum(axis=0) / s.walls.duration
+        if not self.moving:
+            apply_loads(s, w, s.time)
+            f_old = n.f_external.copy()
+            if s.loads.walls:
+                f_old += s.walls.nodal_impulse.sum(axis=0) / s.walls.duration
         apply_loads(s, w, s.time + dt)
         equations = Equations(s, w, n.f_external, dt, inertia)
         du, residual = equilibrate(s, equations)

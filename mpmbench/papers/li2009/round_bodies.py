@@ -74,7 +74,7 @@ def round_chapter(campaigns: Campaigns) -> Chapter:
         "body, and after which no more than that still does. Implicit MPM maps accelerations from its particles "
         "(Iaconeta 2017, Eq. 41), which are not those of the forces where bodies meet: it makes or loses the "
         "energy that it counts among what transfers lose. SPH is left out, since it needs its particles at nodes, "
-        "and implicit methods on moving clouds of nodes for their time: `experiments=impacts` and "
-        "`impacts_sphere` have them."
+        "and implicit methods on moving clouds of nodes for their time: `experiments=impacts` has "
+        "them."
     )
     return page

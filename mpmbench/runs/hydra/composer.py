@@ -14,16 +14,10 @@ from hydra.core.override_parser.types import Override
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from mpmbench.settings import schema
 from mpmbench.settings.files import read_yaml
 from mpmbench.settings.resolve import fill
-from mpmbench.settings.schema import (
-    GROUPS,
-    BadInput,
-    composed,
-    declared_anywhere,
-    experiments,
-    options,
-)
+from mpmbench.settings.schema import GROUPS, BadInput, declared_anywhere, experiments, options
 from mpmbench.settings.trees import dotted
 
 EXCHANGED = ("basis", "contact", "method")  # a method comes after the basis that it may bring
@@ -90,7 +84,7 @@ def sections_of(choices: Sequence[str]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for group in EXCHANGED if len(named) == len(choices) else ():
         if named.get(group) in options(group):
-            content = composed(group, named[group])
+            content = schema.composed(group, named[group])
             brought = content.get("defaults", [])
             of_basis = "basis" in found and all(set(one) == {"override /basis"} for one in brought)
             if set(content) <= {group, "defaults"} and (of_basis or not brought):
