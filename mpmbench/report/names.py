@@ -28,7 +28,7 @@ def anchor(file: str) -> str:
 
 
 def drawn(text: str) -> str:
-    """`text` for a figure: no formula begins at a dollar sign, nothing is invisible or endless."""
+    """`text` for a figure: no formula begins at a dollar sign, nothing is invisible or endless, ``m^2`` is raised."""
     text = text if len(text) <= LONGEST else f"{text[: LONGEST - 1]}…"
     visible = "".join(sign if sign.isprintable() or sign == "\n" else "\ufffd" for sign in text)
-    return visible.replace("$", r"\$")
+    return re.sub(r"(?<=[A-Za-z])\^(\d[\d.]*)", r"$^{\1}$", visible.replace("$", r"\$"))

@@ -84,6 +84,7 @@ def test_plain_names_stay():
 def test_a_figure_shows_dollar_signs_and_no_control_characters():
     assert drawn("$\\frac{$ \x1b[31m\u202e") == "\\$\\frac{\\$ \ufffd[31m\ufffd"
     assert drawn("position x_1 [m]") == "position x_1 [m]"
+    assert drawn("error [kg/m^2], [m^1.5/s]") == "error [kg/m$^{2}$], [m$^{1.5}$/s]"
     assert drawn("a" * 300) == "a" * 300 and drawn("a" * 301) == "a" * 299 + "…"
 
 

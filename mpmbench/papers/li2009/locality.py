@@ -1,6 +1,5 @@
 """What gamma does, which the thesis gives for none of its dynamic problems."""
 
-import re
 from typing import Any
 
 from mpmbench.analysis.estimate import asymptotic_text, numbers_text, slopes_text
@@ -10,6 +9,7 @@ from mpmbench.papers.parts import along, finished, quantities, ticks
 from mpmbench.report import style
 from mpmbench.report.evidence import Runs
 from mpmbench.report.figures import log_ticks, name_axes, panels
+from mpmbench.report.names import drawn
 from mpmbench.report.tables import Cell
 
 GAMMAS = (0.8, 1.8, 4.0)
@@ -19,7 +19,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "lumped, 2 per cell": LUMPED | {"particles_per_cell": 2},
     "consistent, 2 per cell": CONSISTENT | {"particles_per_cell": 2},
 }
-NORMS = {"velocity [m^1.5/s]": VELOCITY, "density [kg/m2]": DENSITY}
+NORMS = {"velocity [m^1.5/s]": VELOCITY, "density [kg/m^2]": DENSITY}
 TIP = ("tip_displacement_error", "tip_displacement_max", "tip_displacement_min", "tip_velocity_max")
 
 
@@ -63,8 +63,7 @@ def _shock(page: Chapter, campaigns: Campaigns) -> None:
             ]
         ticks(axis, GAMMAS)
         log_ticks(axis.yaxis, span=100.0)
-        raised = re.sub(r"m\^?([\d.]+)", r"m$^{\1}$", norm)
-        axis.set_ylabel(f"error of the {raised}")
+        axis.set_ylabel(drawn(f"error of the {norm}"))
     axes[0, 0].legend()
     name_axes(figure, r"$\gamma$")
     caption = f"The shock in one dimension with {GRIDS[-1]} cells."
