@@ -94,7 +94,7 @@ def stability_limit(s: State, iterations: int = 60) -> float:
         if norm == 0.0:
             return float("inf")
         u /= norm
-        velocity_gradients(phi, p.x, u, L)
+        velocity_gradients(phi, p.x, u, L, 0, len(p.x))
         trace = np.trace(L, axis1=1, axis2=2)
         sigma = shear * (L + L.transpose(0, 2, 1)) + lame * trace[:, None, None] * np.eye(dim)
         f[:] = 0.0

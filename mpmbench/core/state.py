@@ -63,6 +63,8 @@ class State:
         What a time loop keeps allocated between its steps.
     room : object
         What a transfer keeps allocated between the steps.
+    around : object
+        Which particles share a change of volume, where an explicit loop has F-bar.
     smooth : bool
         The functions have continuous gradients.
     records : dict of list
@@ -118,6 +120,7 @@ class State:
     geometry: Geometry | None = None
     workspace: Any = None
     room: Any = None
+    around: Any = None
     smooth: bool = True
     records: dict[str, list[Any]] = field(default_factory=dict)
     observe: Callable[["State"], dict[str, Any]] | None = None

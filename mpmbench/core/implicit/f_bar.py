@@ -16,8 +16,6 @@ the gradient of DF-bar is ``grad v + rho(v) I``, and, with pi = tr(tau) / dim,
     f(v) = sum_p V0_p (tau - pi I) : grad v + (sum_p V0_p pi) D(v).
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from mpmbench.core.compiled import compiled, inlined, matrix
@@ -30,13 +28,7 @@ from mpmbench.core.implicit.assembly import (
     push_forward,
 )
 from mpmbench.core.materials import kirchhoff_step
-
-
-class Cells(NamedTuple):
-    """The particles of each cell, those with the same functions: ``member[first[c] : first[c + 1]]``."""
-
-    first: np.ndarray
-    member: np.ndarray
+from mpmbench.core.particles import Cells
 
 
 def cells_of(size: np.ndarray, index: np.ndarray) -> Cells:

@@ -6,10 +6,10 @@ import numpy as np
 
 from mpmbench.core.bases.handle import Stencils
 from mpmbench.core.implicit.constraints import HeldPoints
-from mpmbench.core.implicit.f_bar import Cells
 from mpmbench.core.implicit.ghost import GhostCells, GhostGrid, GhostSimplices
 from mpmbench.core.matrix.blocks import BandMemory
 from mpmbench.core.matrix.pattern import Pattern
+from mpmbench.core.particles import Cells
 
 
 @dataclass

@@ -24,6 +24,7 @@ from mpmbench.core.loads import (
     rise_of_traction,
 )
 from mpmbench.core.loops import LoopPromises, TimeLoop
+from mpmbench.core.loops.f_bar import strain_together
 from mpmbench.core.materials import cauchy_stress
 from mpmbench.core.nodes import (
     accelerate,
@@ -98,6 +99,11 @@ class Explicit(TimeLoop):
         "functions",
         "derivatives, those of the nearest affine field as in MLS-MPM, or means over Voronoi cells as in SCNI",
         options=("functions", "affine", "conforming"),
+    )
+    volumetric: str = setting(
+        "standard",
+        "change of volume at each particle, or one for those around a moving node (f_bar: no locking)",
+        options=("standard", "f_bar"),
     )
     drag: float = setting(
         0.0,
@@ -297,6 +303,9 @@ def update_particles(
 ) -> None:
     """Carry nodal velocities to the particles; what the transfer takes itself comes before positions."""
     flip, keep = s.transfer.flip_weight(s.choices), velocity and s.keep_accelerations
+    if strain and s.choices.volumetric == "f_bar":
+        strain_together(s, dt)
+        strain = False
     if velocity and s.transfer.takes_more:
         carry(s, dt, Update(velocity, strain, False, keep, flip))
         s.transfer.to_particles(s, dt)
@@ -368,6 +377,12 @@ def check(choices: Explicit) -> None:
             "method.mass=kept is for nodes that keep their velocities while functions change: it needs "
             f"method.transfer=nodal and method.shape_functions=updated, given {choices.transfer} "
             f"and {choices.shape_functions}"
+        )
+    if choices.volumetric == "f_bar" and (choices.frozen or not choices.moving):
+        raise NotApplicable(
+            "method.volumetric=f_bar in an explicit loop is for particles around a node that goes with them: it "
+            "needs method.nodes=moving and method.shape_functions=updated, given "
+            f"{choices.nodes} and {choices.shape_functions}"
         )
     if choices.stress_update != "usl" and choices.on_body:
         raise NotApplicable(

@@ -56,7 +56,7 @@ class Affine(Transfer):
         if part.moments:
             take_all(s.basis.handle, p.x, part, s.nodes.v)
         else:
-            velocity_gradients(s.basis.handle, p.x, s.nodes.v, part.affine)
+            velocity_gradients(s.basis.handle, p.x, s.nodes.v, part.affine, 0, len(p.x))
 
     def to_nodes_again(self, s: "State", q: np.ndarray) -> None:
         """Add ``sum_p m_p phi_i C_p r_ip``."""

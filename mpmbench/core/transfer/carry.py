@@ -132,11 +132,11 @@ def strain(axes, entries, law, p, first, n, dt, fields):
 
 
 @lean
-def velocity_gradients(phi, x, v_i, L):
-    """``L_p = sum_i v_i (x) grad phi_i`` of all particles."""
+def velocity_gradients(phi, x, v_i, L, start, stop):
+    """``L_p = sum_i v_i (x) grad phi_i`` of particles start to stop."""
     work, grad_phi = scratch(phi), vector(phi.axes)
-    L[:] = 0.0
-    for p in range(x.shape[0]):
+    L[start:stop] = 0.0
+    for p in range(start, stop):
         at = locate(phi, x, p, work)
         for k in range(count(phi, at)):
             value(phi, at, k, work, grad_phi)
