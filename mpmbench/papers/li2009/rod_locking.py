@@ -106,7 +106,7 @@ def _curves(page: Chapter, campaigns: Campaigns) -> None:
                 if known:
                     drawn = True
                     look = style.line(match["method"], match.get("basis", "linear"), rank)
-                    look["ls"] = "-" if campaign == CAMPAIGN else ":"
+                    look["linestyle"] = "-" if campaign == CAMPAIGN else ":"
                     axis.plot([*known], [*known.values()], label=f"{name}, {volume}", **look)
         axis.set(xlabel="cells along the radius", ylabel=key)
         axis.set_xticks(CELLS)
