@@ -18,7 +18,10 @@ CLOCKS = {"solver_time", "solver_cpu_time", "compile_time", "wall_time", "peak_m
 OF_HISTORY = {"energy_drift", "energy_imbalance", "momentum_drift"}
 METHODS = {
     "explicit, grid": ("method=mpm", "basis=bspline", "resolution=4", "time_step=1e-5"),
-    "explicit, moving nodes": ("method=otm", "basis=maxent", "resolution=4", "time_step=1e-5"),
+    "explicit, moving nodes": (
+        *("method=otm", "method.volumetric=f_bar", "basis=maxent"),
+        *("resolution=4", "time_step=1e-5"),
+    ),
     "implicit": ("method=implicit_mpm", "resolution=4", "time_step=1e-5"),
 }
 

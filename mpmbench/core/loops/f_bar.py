@@ -79,7 +79,9 @@ def share_change(axes, cells, V, dt, L, start, stop):
         for m in range(cells.first[c], cells.first[c + 1]):
             p = cells.member[m]
             J = change(axes, dt, L[p], increment)
-            scale = (after / before / J) ** (1.0 / dim)  # nan, which a guard sees, if one is turned
+            scale = 1.0  # where one is turned inside out, as a guard will see
+            if after > 0.0 and J > 0.0:
+                scale = (after / before / J) ** (1.0 / dim)
             for d in range(dim):
                 for e in range(dim):
                     L[p, d, e] *= scale
