@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import netCDF4
+import pytest
 import xarray as xr
 
 from mpmbench.results import digest, netcdf
@@ -29,6 +30,11 @@ CONFIG = {
     "campaign": "small",
     "limits": {"time": 100.0, "setup": 100.0, "memory": None},
 }
+
+
+def slow_if(costly: bool, *values: Any) -> Any:
+    """One case of a test, which is slow where it is costly: kernels are compiled for each dimension, basis and material."""
+    return pytest.param(*values, marks=[pytest.mark.slow] if costly else [])
 
 
 def unbroken(printed: str) -> str:

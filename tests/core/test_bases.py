@@ -13,12 +13,13 @@ from mpmbench.core.bases.grid.spline import TensorSpline
 from mpmbench.core.errors import SolverFailure
 from mpmbench.core.geometry import Geometry
 from mpmbench.core.registry import register
+from tests.support import slow_if
 
 # where the default is a special case (MLS with this radius is the linear basis in 1D), the general
 # one
 GENERAL: dict[str, dict] = {"mls": {"relative_radius": 2.3}, "rkpm": {"relative_radius": 2.3}}
-CASES = [  # each dimension and kind of nodes is compiled anew from the same text
-    pytest.param(case, marks=pytest.mark.slow) if case.dimension == 3 and case.moved else case
+CASES = [  # each dimension and kind of nodes is compiled anew from the same text: in space one of the bases here
+    slow_if(case.dimension == 3 and (case.moved or name != "linear"), case)
     for name in registry.names("basis")
     for case in bases.cases(name, GENERAL.get(name))
 ]
@@ -45,7 +46,7 @@ CASES += [  # in 1D of order 0 too; the others are compiled anew and slow
     )
 ]
 CASES += [
-    case
+    slow_if(case.dimension == 3, case)
     for prior in ("quartic_spline", "gaussian")
     for case in bases.cases("maxent", {"prior": prior})
 ]

@@ -140,14 +140,11 @@ def test_plastic_dissipation_is_the_work_on_the_plastic_strain() -> None:
     (
         {"material": "j2", "material__hardening_modulus": 5.0},
         {"material": "thermo_viscoplastic", "material__rate_exponent": 5.0},
-        pytest.param(
-            {"material": "johnson_cook", "material__hardening_modulus": 5.0},
-            marks=pytest.mark.slow,
-            id="johnson_cook",
-        ),
+        {"material": "johnson_cook", "material__hardening_modulus": 5.0},
     ),
     ids=lambda metal: str(metal["material"]),
 )
+@pytest.mark.slow  # a free body and the work on the plastic strain are asked above
 def test_a_bar_of_metal_keeps_account_of_what_it_loses(metal: dict[str, Any]) -> None:
     """A bar that swings far beyond yield, by an implicit method: the series of energies add up."""
     coarse = {"resolution": 16, "time_step": 4e-4, "end_time": 0.5}
@@ -192,6 +189,7 @@ def test_nodes_that_start_at_other_velocities_than_particles_take_or_give_energy
     assert lost[1] > 0.3 * before
 
 
+@pytest.mark.slow  # the rate in one step is asked by tests/core/test_material_plasticity.py
 def test_the_rate_counts_in_implicit_steps_as_in_explicit_ones() -> None:
     """A bar of a metal whose rate counts is stopped by the same strain, less than one whose rate does not."""
 

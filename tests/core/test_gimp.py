@@ -122,6 +122,7 @@ def test_a_strip_of_one_cell_is_continued_by_nodes_that_nobody_needs() -> None:
         basis.evaluate(np.array([[1.1, 3.0]]))
 
 
+@pytest.mark.slow  # the functions are asked above, one by one
 def test_order_two_without_crossings() -> None:
     cells, changes = np.array([8, 16, 32]), {"particles_per_cell": 4, "time_step": 1e-6}
     errors = [

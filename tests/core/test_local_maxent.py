@@ -22,7 +22,10 @@ from mpmbench.core.geometry.triangulate import (
 from mpmbench.core.loops.explicit import Explicit
 from mpmbench.core.particles import Particles
 from tests.core.support import compose, run
+from tests.support import slow_if
 
+# each metric and gradient is compiled anew for each dimension: in a plane here
+DIMENSIONS = [slow_if(dim != 2, dim) for dim in (1, 2, 3)]
 TABLE = {0.8: (2.7, 3.6, 4.2), 1.8: (2.4, 3.5, 4.3), 2.8: (3.0, 4.0, 5.0), 6.8: (4.0, 5.0, 6.0)}
 
 
@@ -129,7 +132,7 @@ STRETCH = {
 }
 
 
-@pytest.mark.parametrize("dim", (1, 2, 3))
+@pytest.mark.parametrize("dim", DIMENSIONS)
 def test_convected_functions_are_those_before_the_deformation(dim: int) -> None:
     """Values are equal, gradients pushed forward by F, for stretches of ten."""
     F = STRETCH[dim]
@@ -140,7 +143,7 @@ def test_convected_functions_are_those_before_the_deformation(dim: int) -> None:
     assert np.abs(after.handle.gradient_matrix(n) - pushed).max() < 1e-8 * np.abs(pushed).max()
 
 
-@pytest.mark.parametrize("dim", (1, 2, 3))
+@pytest.mark.parametrize("dim", DIMENSIONS)
 def test_volume_locality_follows_isotropic_compression_only(dim: int) -> None:
     before, after, _ = deformed(dim, "volume", 0.2 * np.eye(dim))
     n = len(before.nodes)
@@ -209,7 +212,7 @@ def patch(gradient: str, dim: int) -> tuple[np.ndarray, EntropyBasis, Particles]
     return sums[inner], basis, p
 
 
-@pytest.mark.parametrize("dim", (1, 2, 3))
+@pytest.mark.parametrize("dim", DIMENSIONS)
 def test_consistent_gradients_pass_the_patch_test(dim: int) -> None:
     plain, _, _ = patch("exact", dim)
     sums, basis, _ = patch("consistent", dim)

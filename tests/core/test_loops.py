@@ -99,7 +99,7 @@ def test_loops_say_what_they_are() -> None:
 
 
 @pytest.mark.parametrize("derivatives", ("plain", "symmetric"))
-@pytest.mark.parametrize("dimension", (1, 2, 3))
+@pytest.mark.parametrize("dimension", (1, 2, pytest.param(3, marks=pytest.mark.slow)))
 def test_contract_of_a_method_without_nodes(dimension: int, derivatives: str) -> None:
     """What plain derivatives deny, exactness and momentum, really fails."""
     choices = find_loop("sph")(nodes="moving", derivatives=derivatives)

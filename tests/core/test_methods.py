@@ -14,6 +14,7 @@ from mpmbench.contracts import loops
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.loops.explicit import Explicit, check, update_particles
 from mpmbench.settings.schema import composed, options
+from tests.support import slow_if
 
 METHODS = [composed("method", name)["method"] for name in options("method")]
 # ulmpm is mpm with another basis, which these checks choose themselves
@@ -78,7 +79,11 @@ FOR_ALL = (
 CASES = [case for choices in COMBINATIONS if applicable(choices) for case in loops.cases(choices)]
 
 
-@pytest.mark.parametrize("case", CASES, ids=case_name)
+# in space everything is compiled once more; rigid motion there is held by tests/problems/test_rigid_motion.py
+BY_DEFAULT = [slow_if(case.dimension == 3, case) for case in CASES]
+
+
+@pytest.mark.parametrize("case", BY_DEFAULT, ids=case_name)
 @pytest.mark.parametrize("check", FOR_ALL)
 def test_contract(check: str, case: loops.MethodCase) -> None:
     if check in loops.CHECKS.of(case):
@@ -86,7 +91,11 @@ def test_contract(check: str, case: loops.MethodCase) -> None:
         assert finding.passed, finding.text
 
 
-@pytest.mark.parametrize("case", [case for case in CASES if case.dimension > 1], ids=case_name)
+@pytest.mark.parametrize(
+    "case",
+    [slow_if(case.dimension == 3, case) for case in CASES if case.dimension > 1],
+    ids=case_name,
+)
 def test_angular_momentum_needs_a_symmetric_stress(case: loops.MethodCase) -> None:
     finding = loops.angular_momentum(replace(case, material="small_strain_elastic"))
     assert finding.passed, finding.text

@@ -37,6 +37,7 @@ class TestOtmMaxEnt(ConvergenceStudy):
     changes = FINE_STEP
 
 
+@pytest.mark.slow  # the same functions as below, by a transfer whose order max-ent functions have shown
 class TestOtmBSpline(ConvergenceStudy):
     """Admissible, against the paper: Greville points make B-splines linearly complete."""
 

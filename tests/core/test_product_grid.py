@@ -64,6 +64,7 @@ def test_it_is_the_basis_of_that_name() -> None:
     assert np.abs(own.gradient_matrix(6) - built_in.gradient_matrix(6)).max() < 1e-14
 
 
+@pytest.mark.slow  # tests/core/matrix/test_light.py has two handles
 def test_a_handle_of_its_own_works_with_a_sparse_consistent_mass(monkeypatch) -> None:
     """Mass matrices used to know the splines' handle and took any other for stored values."""
     monkeypatch.setattr(mass, "WIDEST_BAND", 0)

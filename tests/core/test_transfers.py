@@ -19,6 +19,7 @@ from mpmbench.core.state import State
 from mpmbench.core.transfer import Transfer, find_transfer
 from mpmbench.core.transfer.series import leave_held
 from tests.core.support import compose
+from tests.support import slow_if
 
 registry.load_file(Path(__file__).parents[1] / "plugins/transfers/plain_flipped.py")
 SHORT: dict[str, Any] = {"resolution": 4, "time_step": 1e-4, "end_time": 1e-3}
@@ -119,7 +120,7 @@ def keep_the_contract(transfer: str, nodes: str, stress_update: str, dimension: 
             {"transfer": "fmpm", "transfer_order": 4, "shape_functions": "frozen", **NOTHING},
         ),
         ({"transfer": "tpic", "basis": "linear"}, {"transfer": "apic", "basis": "linear"}),
-        ({"transfer": "plain_apic"}, {"transfer": "apic"}),
+        slow_if(True, {"transfer": "plain_apic"}, {"transfer": "apic"}),
         ({"transfer": "asflip", "flip": 0.0}, {"transfer": "apic"}),
         pytest.param(
             {"transfer": "plain_apic", "dimension": 2},
@@ -209,6 +210,7 @@ def test_further_terms_leave_what_walls_hold() -> None:
     assert np.allclose(term, [[0.8, -0.6], [0.0, 0.0], [5.0, 6.0]], atol=1e-14)
 
 
+@pytest.mark.slow  # in a plane; what it is made of is asked by the contract
 def test_the_affine_part_counts_in_the_angular_momentum() -> None:
     def velocity(x: np.ndarray) -> np.ndarray:
         return np.column_stack([-x[:, 1], x[:, 0] ** 2])
@@ -237,7 +239,10 @@ def test_a_flipped_sign_is_found(check: str) -> None:
     assert not flipped.passed
 
 
-@pytest.mark.parametrize("name", ("flip", "pic", "blend", *NEW))
+# each is compiled for this test alone: one of those that are no blend here
+@pytest.mark.parametrize(
+    "name", ("flip", "pic", "blend", *(slow_if(name != "apic", name) for name in NEW))
+)
 def test_which_transfers_filter_small_scales(name: str) -> None:
     finding = loops.energy_of_small_scales(loops.MethodCase(Explicit(transfer=name, flip=0.9), 2))
     assert finding.passed, finding.text

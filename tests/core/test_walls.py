@@ -18,6 +18,7 @@ from mpmbench.core.simulation import Body, build_state, simulate
 from mpmbench.core.state import Loads, State
 from mpmbench.core.walls import Contacts, Wall
 from tests.core.support import compose, run
+from tests.support import slow_if
 
 LAW = registry.get("material", "neo_hookean")(
     young_modulus=1000.0, poisson_ratio=0.3, density=1000.0
@@ -165,7 +166,9 @@ METHODS = {
 SHORT = {"problem__rise_time": 0.05, "end_time": 0.15, "resolution": 4}
 
 
-@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize(
+    "name", [slow_if(name in ("otm", "gmm", "frozen"), name) for name in METHODS]
+)
 def test_a_block_slides_as_a_rigid_one_or_sticks(name: str) -> None:
     method, basis, changes = METHODS[name]
     slides = run("friction_slope", method, basis, **SHORT, **changes)
@@ -191,7 +194,7 @@ BOUNCES = {
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param("otm", marks=pytest.mark.slow), *(name for name in BOUNCES if name != "otm")],
+    [slow_if(name in ("otm", "gmm"), name) for name in BOUNCES],
 )
 def test_a_disk_bounces_with_its_energy(name: str) -> None:
     """Contact by geometry at 1.5858 s until 2.68 s; restitution 0.907.
@@ -222,6 +225,7 @@ def test_particles_of_sph_bounce_and_do_not_pass() -> None:
     assert 0.0 < float(found.restitution) < 0.907
 
 
+@pytest.mark.slow  # blocks that slide and stick above have both laws of friction
 def test_a_disk_rolls_on_a_rough_wall() -> None:
     """No gap, no glue: near a rigid disk, with a polygon of 24 corners; with too little friction it slides further."""
     rolls = run("rolling_disk", "gmm", "lme", resolution=8, time_step=4e-3)
@@ -231,7 +235,9 @@ def test_a_disk_rolls_on_a_rough_wall() -> None:
     assert float(slips.error_end_relative) == pytest.approx(further, abs=1e-2)
 
 
-@pytest.mark.parametrize("problem", ("rolling_disk", "soil_column", "cantilever_dynamic"))
+@pytest.mark.parametrize(
+    "problem", ("rolling_disk", slow_if(True, "soil_column"), "cantilever_dynamic")
+)
 def test_splines_run_against_walls(problem: str) -> None:
     changes: dict[str, dict[str, Any]] = {
         "rolling_disk": {"problem__background": "quads", "resolution": 8},

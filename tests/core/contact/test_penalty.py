@@ -140,6 +140,7 @@ def test_nodes_too_light_for_the_step_follow_their_neighbours(rule: str) -> None
     assert s.mass.light_nodes.cutoff == s.choices.mass_cutoff
 
 
+@pytest.mark.slow  # compiles a grid's contact for itself
 def test_points_torn_off_the_material_hold_nothing() -> None:
     """Their nodes have no mass that could take a force: it would be an acceleration of 1e300."""
     s = case.build(

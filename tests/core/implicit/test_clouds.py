@@ -25,6 +25,7 @@ from mpmbench.core.simulation import Body, build_state, simulate
 from mpmbench.core.state import Loads
 from mpmbench.problems.rolling_disk import split_squares
 from tests.core.support import compose
+from tests.support import slow_if
 
 CLOUDS = {
     "mls": MovingLeastSquares(),
@@ -46,7 +47,7 @@ def irregular(dim: int = 2, n: int = 9) -> Cloud:
     return Cloud(nodes, spacing=1.0 / (n - 1))
 
 
-@pytest.mark.parametrize("dim", (1, 2, pytest.param(3, marks=pytest.mark.slow)))
+@pytest.mark.parametrize("dim", [slow_if(dim != 2, dim) for dim in (1, 2, 3)])
 @pytest.mark.parametrize("name", CLOUDS)
 def test_reproduction(name: str, dim: int) -> None:
     """Polynomials up to the degree, and their gradients, wherever the cloud needed repair too."""
@@ -282,7 +283,7 @@ def test_patch_test() -> None:
         assert fitted_order([1 / 8, 1 / 16, 1 / 32], errors) == pytest.approx(0.85, abs=0.25)
 
 
-@pytest.mark.parametrize("dim", (1, 3))
+@pytest.mark.parametrize("dim", (1, pytest.param(3, marks=pytest.mark.slow)))
 @pytest.mark.parametrize("name", ("linear", "mls"))
 def test_prescribed_stretch_in_other_dimensions(name: str, dim: int) -> None:
     """A regular bar or block between two moving ends stretches evenly; sides without load contract."""

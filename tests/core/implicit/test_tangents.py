@@ -23,12 +23,15 @@ from mpmbench.core.materials.plastic.mohr_coulomb import (
     MohrCoulomb,
 )
 from tests.core.support import compose
+from tests.support import slow_if
 
 TANGENT = [
     name
     for name in registry.names("material")
     if has_version(kirchhoff_stress, type(registry.get("material", name)().law))
 ]
+# each law is compiled anew for each dimension: that of the plane here, with a direction out of it
+DIMENSIONS = [slow_if(dim != 2, dim) for dim in (1, 2, 3)]
 REGIONS = {ELASTIC, PLANE, COMPRESSION_EDGE, EXTENSION_EDGE, APEX}
 
 
@@ -75,7 +78,7 @@ def assert_moduli_match(
             assert np.abs(change - moduli[:, :, j, d]).max() <= 1e-6 * np.abs(moduli).max()
 
 
-@pytest.mark.parametrize("dim", (1, 2, 3))
+@pytest.mark.parametrize("dim", DIMENSIONS)
 @pytest.mark.parametrize("name", TANGENT)
 def test_moduli_are_the_derivative_of_the_stress(name: str, dim: int) -> None:
     material = typical(name)
@@ -87,7 +90,7 @@ def test_moduli_are_the_derivative_of_the_stress(name: str, dim: int) -> None:
         assert_moduli_match(material, 1.1 * np.eye(dim), np.eye(dim), np.zeros(0), 1e-5)
 
 
-@pytest.mark.parametrize("dim", (1, 2, 3))
+@pytest.mark.parametrize("dim", DIMENSIONS)
 @pytest.mark.parametrize("name", TANGENT)
 def test_both_stresses_agree(name: str, dim: int) -> None:
     """The explicit methods' stress is ``tau / J`` of the implicit ones', and so is the history, in slow steps."""
