@@ -12,6 +12,7 @@ from mpmbench.core.materials.elastic.small_strain_elastic import SmallStrainElas
 from mpmbench.core.stability import wave_speed
 from mpmbench.problems.elastic_bar_tension import ElasticBarTension
 from tests.core.support import compose, run
+from tests.support import slow_if
 
 LUMPED = {"method__mass": "lumped", "method__transfer": "nodal"}
 IRREGULAR = {"problem__irregularity": 0.3, "end_time": 1.2e-4}  # one period and a little more
@@ -62,10 +63,10 @@ def test_exact_fields_are_one_wave() -> None:
     ("method", "basis", "changes", "energy"),
     [
         ("otm", "lme", LUMPED | {"particles_per_cell": 1}, 0.015),
-        ("otm", "lme", {}, 0.001),
+        slow_if(True, "otm", "lme", {}, 0.001),
         ("linear_fem", "linear", {}, 0.015),
-        ("linear_fem", "linear", IRREGULAR, 0.015),
-        ("otm", "lme", LUMPED | IRREGULAR, 0.015),
+        slow_if(True, "linear_fem", "linear", IRREGULAR, 0.015),
+        slow_if(True, "otm", "lme", LUMPED | IRREGULAR, 0.015),
     ],
     ids=["otm-lumped", "otm-consistent", "fem", "fem-irregular", "otm-irregular"],
 )
@@ -94,6 +95,7 @@ def test_sph_explodes() -> None:
     assert "the free end is displaced" in result.attrs["reason"]
 
 
+@pytest.mark.slow  # plain SPH above; both by their contract in tests/core/test_loops.py
 def test_symmetric_sph_is_better_and_still_wrong() -> None:
     result = bar(
         "sph", "sph_kernel", problem__particle_layout="nodes", method__derivatives="symmetric"
@@ -127,7 +129,13 @@ def growth(**changes: Any) -> float:
 
 @pytest.mark.parametrize(
     ("gamma", "stretch", "stable"),
-    [(0.8, 1.1, True), (0.8, 1.25, False), (1.8, 1.3, True), (1.8, 1.6, False), (4.0, 2.0, True)],
+    [
+        (0.8, 1.1, True),
+        (0.8, 1.25, False),
+        slow_if(True, 1.8, 1.3, True),
+        slow_if(True, 1.8, 1.6, False),
+        slow_if(True, 4.0, 2.0, True),
+    ],
 )
 def test_tensile_instability(gamma: float, stretch: float, stable: bool) -> None:
     """Unstable from a stretch of about 1.2 (gamma 0.8) or 1.5 (1.8); stable for gamma of 4 and more."""
@@ -135,6 +143,7 @@ def test_tensile_instability(gamma: float, stretch: float, stable: bool) -> None
     assert found < 2.0 if stable else found > 1e4
 
 
+@pytest.mark.slow  # the stretches of the table above are cheaper
 def test_frozen_functions_and_finite_elements_are_stable() -> None:
     assert growth(problem__stretch=2.0, method__shape_functions="frozen") < 2.0
     assert growth(problem__stretch=2.0, method="linear_fem", basis="linear") < 2.0

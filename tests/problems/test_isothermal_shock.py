@@ -96,6 +96,7 @@ def test_material_ahead_is_at_rest() -> None:
     assert ahead["jacobian"][0] == pytest.approx(1.0, abs=1e-10)
 
 
+@pytest.mark.slow  # in three dimensions; the law has a contract in tests/core/test_materials.py
 def test_stress_of_the_fluid() -> None:
     """The compiled law gives the exact stress, in 1D, 2D and 3D."""
     for dimension in (1, 2, 3):
@@ -163,6 +164,7 @@ def test_density_on_irregular_nodes() -> None:
         assert low < rate([float(r[DENSITY]) for r in found]) < high, gradient
 
 
+@pytest.mark.slow  # OTM above
 def test_other_methods_run() -> None:
     assert float(shock(50, "linear", "linear_fem")[VELOCITY]) < 1.5e-3
     assert float(shock(50, "bspline", "unified", particles_per_cell=2)[VELOCITY]) < 8e-4
@@ -188,6 +190,7 @@ def test_one_particle_per_cell_is_singular_with_consistent_mass() -> None:
     )
 
 
+@pytest.mark.slow  # in a plane; on a line above
 def test_one_particle_per_triangle_is_singular_with_consistent_mass() -> None:
     """More particles than nodes, and still a pattern of the nodes that they do not see; four in a square do."""
     strip: dict[str, Any] = {"problem__dimension": 2, "resolution": 12}
@@ -245,6 +248,7 @@ def test_time_step_follows_the_smallest_spacing() -> None:
 # two and three dimensions
 
 
+@pytest.mark.slow  # in a plane; corrected gradients are asked by tests/core/test_local_maxent.py
 def test_strip() -> None:
     """Particles at barycentres do not integrate the gradients well; with corrected ones the strip is as good as 1D."""
     plain, mended = (

@@ -16,6 +16,7 @@ from mpmbench.core.simulation import Solution, simulate
 from mpmbench.core.state import State
 from mpmbench.settings import schema
 from tests.core.support import compose, run
+from tests.support import slow_if
 
 BINARY, DECIMAL = 2.0**-8, 0.004  # [s] the first hits the edges of cells exactly
 # (c dt / h)^2 is 3e-4 below: a lighter node is unstable with usl or a consistent mass
@@ -96,17 +97,17 @@ def test_all_cells_of_the_cross_product(
         assert_exact(*block(choices, basis, dt, 0.1, resolution, **settings), **settings)
 
 
-def others(basis: str) -> Any:
-    """Bases whose kernels take long to compile on a line and in space, where nothing else needs them."""
-    return (
-        pytest.param(basis, marks=pytest.mark.slow)
-        if basis in ("gimp", "ddmp", "cpdi", "cpdi2")
-        else basis
-    )
+LONG = ("gimp", "ddmp", "cpdi", "cpdi2")  # to compile on a line, where nothing else needs them
 
 
-@pytest.mark.parametrize("dimension", (1, 3))
-@pytest.mark.parametrize("basis", [others(basis) for basis in FREE])
+@pytest.mark.parametrize(  # in space one basis, for the methods there: the others are compiled for it alone
+    ("basis", "dimension"),
+    [
+        slow_if(basis in LONG or (dimension == 3 and basis != "linear"), basis, dimension)
+        for basis in FREE
+        for dimension in (1, 3)
+    ],
+)
 def test_one_and_three_dimensions(basis: str, dimension: int) -> None:
     for motion in ("translation", "fall"):
         choices = Explicit(stress_update="musl")

@@ -8,6 +8,7 @@ from mpmbench.core.choices import Choices
 from mpmbench.core.errors import BadSetting
 from mpmbench.core.geometry import divided
 from tests.core.support import compose, run
+from tests.support import slow_if
 
 
 def test_square_cells_fill_a_rectangle() -> None:
@@ -111,7 +112,10 @@ OF_TRIANGLES = (
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("name", TWICE)
+# each is compiled anew with its method and material: those of the longest compilation are slow
+@pytest.mark.parametrize(
+    "name", [slow_if(name in ("compaction_column", "prestretched_bar"), name) for name in TWICE]
+)
 def test_twice_the_size_is_the_same_problem(name: str) -> None:
     """Numbers of two powers apart have the same digits: places agree to rounding."""
     method, larger, slower = TWICE[name]

@@ -17,6 +17,7 @@ from mpmbench.core.geometry.triangulate import graded_levels
 from mpmbench.problems.collision import captured
 from mpmbench.problems.sphere_impact import NEAR, SPHERE, instant
 from tests.core.support import compose, run
+from tests.support import slow_if
 
 PROBLEM = registry.get("problem", "sphere_impact")
 COARSE = {"resolution": 2}
@@ -30,7 +31,7 @@ def flux(part: Part) -> float:
 
 
 @pytest.mark.parametrize("spread", ("graded", "even"))
-@pytest.mark.parametrize("model", ("quarter", "full"))
+@pytest.mark.parametrize("model", ("quarter", pytest.param("full", marks=pytest.mark.slow)))
 def test_meshes_fill_both_bodies(spread: str, model: str) -> None:
     problem = PROBLEM(spread=spread, model=model)
     share = 0.25 if model == "quarter" else 1.0
@@ -50,7 +51,9 @@ def test_meshes_fill_both_bodies(spread: str, model: str) -> None:
             assert part.mesh.nodes[:, 1:].min() == 0.0 and part.X[:, 1:].min() > 0.0
 
 
-@pytest.mark.parametrize(("method", "basis"), (("otm", "lme"), ("mpm", "linear")))
+@pytest.mark.parametrize(
+    ("method", "basis"), (slow_if(True, "otm", "lme"), ("mpm", "linear"))
+)
 def test_what_is_inside_the_plate_is_counted(method: str, basis: str) -> None:
     """The particles of a sphere that is moved into it, and its nodes where they move."""
     made = case.read(compose("sphere_impact", method, basis, **COARSE))
@@ -137,6 +140,7 @@ def test_time_and_depth_are_read_off_between_instants() -> None:
     assert np.isnan(instant(time, energy, -1.0))
 
 
+@pytest.mark.slow  # max-ent in space is compiled for it alone
 def test_graded_nodes_have_functions_of_their_own_spacing() -> None:
     """Particles see about as many nodes far away as near the impact, and functions stay linearly complete."""
     changes = {"contact": "none", "basis__locality": "convected"}

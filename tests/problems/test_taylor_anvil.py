@@ -34,10 +34,11 @@ def test_particles_fill_the_rod(model: str, share: float) -> None:
     ("basis", "update"),
     (
         ("bspline", "usl"),
-        pytest.param("lme", "usl", marks=pytest.mark.slow),
-        pytest.param("linear", "musl", marks=pytest.mark.slow),
+        ("lme", "usl"),
+        ("linear", "musl"),
     ),
 )
+@pytest.mark.slow  # a rod in space: its spline kernels are compiled for this file alone
 def test_the_wall_gives_all_momentum_along_the_axis(basis: str, update: str) -> None:
     config = compose("taylor_anvil", "mpm", basis, resolution=2, method__stress_update=update)
     built = case.read(config)
@@ -60,6 +61,7 @@ def test_the_wall_gives_all_momentum_along_the_axis(basis: str, update: str) -> 
     assert kinetic + stored + lost + s.contact_energy == pytest.approx(start, rel=0.01)
 
 
+@pytest.mark.slow  # a rod in space: its spline kernels are compiled for this file alone
 def test_stresses_of_many_particles_are_those_of_each() -> None:
     """In vectors or one by one, elastic, plastic, or far from where series hold; a batch need not be full."""
     s = case.build(case.read(compose("taylor_anvil", "mpm", "bspline", resolution=2)))
@@ -94,6 +96,7 @@ def test_particles_of_a_cell_follow_each_other() -> None:
         assert changes < 1.1 * len(np.unique(cells, axis=0))
 
 
+@pytest.mark.slow  # a rod in space: its spline kernels are compiled for this file alone
 def test_a_coarse_rod_comes_out_as_long_as_published() -> None:
     """21.26 to 21.66 mm in Table 5.1 of Li 2009; two cells along the radius are coarse."""
     found = run("taylor_anvil", "mpm", "bspline", resolution=2)
@@ -112,6 +115,7 @@ def test_a_coarse_rod_comes_out_as_long_as_published() -> None:
     assert 0.2 * first_layer < float(found.contact_energy[-1] / found.kinetic_energy[0]) < 0.04
 
 
+@pytest.mark.slow  # a rod in space: its spline kernels are compiled for this file alone
 def test_the_rod_rebounds() -> None:
     """An elastic rod comes off the wall: nothing holds it there."""
     config = compose(
