@@ -47,6 +47,7 @@ def score(seed, cases, floor_kind):
     return np.mean(covered), np.median(width), np.mean(recognised)
 
 
+@pytest.mark.slow  # two thousand fits; single ones below
 def test_interval_covers_the_order_and_floors_are_recognised():
     covered, width, recognised = score(seed=2020, cases=2000, floor_kind="level")
     assert covered >= 0.93

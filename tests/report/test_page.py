@@ -260,6 +260,7 @@ def test_a_page_without_room_drops_what_tells_least_and_of_that_the_largest():
 
 
 @pytest.mark.usefixtures("only_svg")
+@pytest.mark.slow  # two pages; what is dropped is asked above
 def test_a_drawing_that_was_dropped_is_in_its_file(tmp_path, write_run, monkeypatch):
     for resolution in (4, 8):
         write_run(tmp_path, resolution=resolution)

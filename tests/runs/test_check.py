@@ -12,7 +12,7 @@ from mpmbench.runs.process import scoring
 from mpmbench.settings.files import PACKAGE
 from mpmbench.settings.schema import options
 from tests.runs.conftest import PLUGINS
-from tests.support import unbroken
+from tests.support import slow_if, unbroken
 
 OUTSIDE = Path(mpmbench.__file__).parent / "samples"
 
@@ -51,7 +51,8 @@ def test_a_folder_that_is_known_by_another_spelling_is_the_same(command, folder,
     assert outcome.out.startswith("basis stored_hat"), outcome.err
 
 
-@pytest.mark.parametrize("name", ["simo_pister", "free_bar"])
+# a material is compiled in all dimensions
+@pytest.mark.parametrize("name", [slow_if(True, "simo_pister"), "free_bar"])
 def test_other_kinds_of_plugins(command, name):
     outcome = command("check", str(OUTSIDE / f"{name}.py"))
     assert outcome.code == 0, outcome.out

@@ -78,6 +78,7 @@ def test_less_accuracy(both, command):
     assert "1 worse" in outcome.out and "(+50.7%)" in outcome.out
 
 
+@pytest.mark.slow  # by default the error of one run
 def test_a_lower_order_alone_is_less_accurate(both, command):
     """Errors that became smaller on coarse grids only: every run is better, the order is worse."""
     for cells in (4, 8, 16, 32):
@@ -101,7 +102,7 @@ def speed_of(out):
     return ("speed (" + unbroken(out).split("speed (")[1]).splitlines()
 
 
-@pytest.mark.parametrize("factor", [1.5, 3.0])
+@pytest.mark.parametrize("factor", [pytest.param(1.5, marks=pytest.mark.slow), 3.0])
 def test_slower_campaigns_are_worse_and_the_ratio_is_told(both, command, factor):
     slow_down(both[1], factor)
     outcome = command("compare", "a", "b")
@@ -118,6 +119,7 @@ def test_slower_campaigns_are_worse_and_the_ratio_is_told(both, command, factor)
     assert back.code == 0 and "2 better" in back.out
 
 
+@pytest.mark.slow  # by default three times slower, and what is undecided
 def test_a_little_slower_is_undecided_or_worse_but_never_the_same(both, command):
     slow_down(both[1], 1.07)
     outcome = command("compare", "a", "b")
@@ -160,6 +162,7 @@ def test_what_too_few_or_scattered_times_leave_undecided(both, command):
     assert outcome.code == 30 and "about 2 repeats would decide" in unbroken(outcome.out)
 
 
+@pytest.mark.slow  # four comparisons; what decides little is asked above
 def test_times_under_load_decide_little_and_say_so(both, command):
     for file in both[0].glob("*.nc"):
         edit(file, load_by_others=[np.nan] * 4)

@@ -11,7 +11,7 @@ from mpmbench.core.end_state import as_numbers, from_numbers
 from mpmbench.core.simulation import simulate
 from mpmbench.results import netcdf
 from mpmbench.runs.hydra.compose import compose_many
-from tests.support import edited
+from tests.support import edited, slow_if
 
 CLOCKS = {"solver_time", "solver_cpu_time", "compile_time", "wall_time", "peak_memory"}
 # What history says depends on its instants, and those of the shorter run are kept.
@@ -31,7 +31,9 @@ def new_file(folder, known=()):
     return file
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(  # one method by default, on a grid; the others are compiled for it
+    "method", [slow_if(method != "explicit, grid", method) for method in METHODS]
+)
 def test_the_bits_are_those_of_a_run_from_the_start(method, command, folder):
     words = METHODS[method]
     assert command(*words, "end_time=1e-4", "snapshot_times=[3e-5]").code == 0

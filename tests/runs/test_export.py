@@ -145,6 +145,7 @@ def test_what_cannot_be_exported_is_said(campaign, command, folder):
     assert outcome.code == 1 and "there are no particles in it" in outcome.err
 
 
+@pytest.mark.slow  # a metal on a line is compiled for it; what a result holds is asked above
 def test_derived_fields_have_their_names_everywhere(tmp_path, command):
     """Of a metal in 1D, whose axes out of the line count: in the result, for ParaView and as a table."""
     metal = ("material=thermo_viscoplastic", "material.yield_stress=1", "method=mpm")

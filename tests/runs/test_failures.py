@@ -13,6 +13,7 @@ import pytest
 
 from mpmbench.results import netcdf
 from tests.runs.conftest import PLUGINS, marked, start, waited
+from tests.support import slow_if
 
 FAULTS = {  # fault -> status, part of the reason
     "raise": ("crashed", "ZeroDivisionError: a fault in a plug-in (failing_bar.py, line "),
@@ -292,7 +293,7 @@ def computes(pid: int) -> bool:
 
 @pytest.mark.parametrize(
     ("launcher", "processes"),
-    [("basic", 3), ("joblib", 6), pytest.param("submitit_local", 7, marks=pytest.mark.slow)],
+    [("basic", 3), slow_if(True, "joblib", 6), slow_if(True, "submitit_local", 7)],
 )
 def test_no_process_is_left_when_the_parent_is_killed(
     folder, plugins, monkeypatch, launcher, processes

@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from mpmbench.commands.new import KINDS
+from tests.support import slow_if
 
 
 def passes(folder, name) -> subprocess.CompletedProcess:
@@ -25,7 +26,7 @@ def test_the_test_of_a_plugin_fails_when_that_is_broken(command, folder):
 
 @pytest.mark.parametrize(
     "kind",
-    [kind if kind == "material" else pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS],
+    [slow_if(kind != "problem", kind) for kind in KINDS],  # the others compile kernels of their own
 )
 def test_every_kind_works(command, folder, kind):
     assert command("new", kind, "my_own", "plugins").code == 0

@@ -52,6 +52,7 @@ def test_all_four_as_they_were_written_for_the_version_before(command, folder, m
     assert {group: result.attrs[group] for group in CHOICES} == CHOICES
 
 
+@pytest.mark.slow  # both run below and above
 def test_an_old_step_does_what_the_class_does_that_took_its_place(
     command, folder, monkeypatch
 ) -> None:
@@ -96,6 +97,7 @@ def test_each_changes_what_it_is_for(command, folder, outside) -> None:
     assert errors["damped"] > 3.0 * errors["built in"]
 
 
+@pytest.mark.slow  # compiles the material once more, in a process of its own
 def test_from_an_installed_package(tmp_path: Path) -> None:
     """A distribution that names a subpackage as the entry point ``mpmbench.plugins``."""
     shutil.copytree(OUTSIDE, tmp_path / "company" / "particles")

@@ -13,7 +13,7 @@ import pytest
 import mpmbench
 from mpmbench.core import registry
 from mpmbench.results import identity, netcdf
-from tests.support import unbroken
+from tests.support import slow_if, unbroken
 
 KERNEL = """
 from numba import njit
@@ -67,18 +67,19 @@ BUILT_IN = "built-in 4.0 from the cache"
 
 @pytest.mark.parametrize(
     ("steps", "said"),
-    [
+    [  # two by default: a plug-in that comes first, and one that comes later; slow are all that change or go
         (["plug-in", "built-in"], [NEW, "built-in 4.0 compiled"]),
         (["built-in", "plug-in", "built-in", "plug-in"], [..., NEW, BUILT_IN, OLD]),
-        (["built-in", "plug-in", "remove one/mine.py", "built-in"], [..., NEW, BUILT_IN]),
-        (
+        slow_if(True, ["built-in", "plug-in", "remove one/mine.py", "built-in"], [..., NEW, BUILT_IN]),
+        slow_if(
+            True,
             ["plug-in", "rename one/mine.py one/other.py", "built-in", "built-in", "plug-in"],
             [NEW, ..., BUILT_IN, NEW],
         ),
-        (["built-in", "plug-in", "write one/mine.py import nothing", "built-in"], [..., NEW, BUILT_IN]),
-        (["built-in", "plug-in", "write one/mine.py x = 1", "built-in"], [..., NEW, BUILT_IN]),
-        (["built-in", "plug-in", "folders two", "built-in"], [..., NEW, BUILT_IN]),
-        (["plug-in", "folders two one", "built-in", "plug-in", "built-in"], [NEW, ..., OLD, BUILT_IN]),
+        slow_if(True, ["built-in", "plug-in", "write one/mine.py import nothing", "built-in"], [..., NEW, BUILT_IN]),
+        slow_if(True, ["built-in", "plug-in", "write one/mine.py x = 1", "built-in"], [..., NEW, BUILT_IN]),
+        slow_if(True, ["built-in", "plug-in", "folders two", "built-in"], [..., NEW, BUILT_IN]),
+        slow_if(True, ["plug-in", "folders two one", "built-in", "plug-in", "built-in"], [NEW, ..., OLD, BUILT_IN]),
     ],
 )  # fmt: skip
 def test_the_cache_of_kernels_outlives_plugins(tmp_path, steps, said):
@@ -125,6 +126,7 @@ BAR = ("resolution=4", "end_time=1e-4")
 WITH = (*BAR, "material=simo_pister")
 
 
+@pytest.mark.slow  # the cache is asked above, by a kernel that compiles at once
 def test_built_in_runs_before_and_after_those_of_a_plugin(command, mine, folder):
     assert command(*BAR).code == 0
     assert command(*WITH).code == 0

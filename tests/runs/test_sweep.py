@@ -61,6 +61,7 @@ def test_a_key_of_another_option_makes_a_cell_inapplicable(command, folder):
     assert found["bspline"]["status"] == "ok"
 
 
+@pytest.mark.slow  # compiles three bases with a mass of their own; cases are counted below, by `status`
 def test_cases_are_pairs_and_not_a_product(command, folder):
     words = ("resolution=4", "report=false", "method=mpm", "method.mass=consistent")
     outcome = command("experiments=quickstart", *words)

@@ -185,6 +185,7 @@ def test_depths_by_velocity_are_drawn_and_tabulated(
         impact.impact_chapter(read_campaigns(tmp_path / "sphere_open"))
 
 
+@pytest.mark.slow  # large files; chapters of other impacts above
 def test_depths_stand_by_cells_and_rule(tmp_path: Path, write_run: Any) -> None:
     known = [name for name in impact.READ if name != "energy_imbalance"]
     cases: tuple[tuple[Any, ...], ...] = (
