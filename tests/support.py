@@ -33,7 +33,7 @@ CONFIG = {
 
 
 def slow_if(costly: bool, *values: Any) -> Any:
-    """One case of a test, which is slow where it is costly: kernels are compiled for each dimension, basis and material."""
+    """One case of a test, slow where it is costly: kernels are compiled for each dimension, basis and material."""
     return pytest.param(*values, marks=[pytest.mark.slow] if costly else [])
 
 

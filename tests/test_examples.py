@@ -12,7 +12,9 @@ EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
 
 # a sweep from Python is an example of the README too
 @pytest.mark.parametrize(
-    "example", [slow_if(file.stem == "sweep", file) for file in EXAMPLES], ids=lambda file: file.stem
+    "example",
+    [slow_if(file.stem == "sweep", file) for file in EXAMPLES],
+    ids=lambda file: file.stem,
 )
 def test_an_example_runs(example, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

@@ -18,8 +18,20 @@ from tests.support import slow_if
 # where the default is a special case (MLS with this radius is the linear basis in 1D), the general
 # one
 GENERAL: dict[str, dict] = {"mls": {"relative_radius": 2.3}, "rkpm": {"relative_radius": 2.3}}
-CASES = [  # each dimension and kind of nodes is compiled anew from the same text: in space one of the bases here
-    slow_if(case.dimension == 3 and (case.moved or name != "linear"), case)
+# Each dimension and kind of nodes is compiled anew from the same text: all in a plane, those on a line
+# that the bars of other tests need too, and in space one.
+EVERYWHERE = "linear"
+ON_A_LINE = (EVERYWHERE, "bspline", "lme", "maxent", "sph_kernel")
+
+
+def costly(case: bases.BasisCase) -> bool:
+    if case.dimension == 3:
+        return case.moved or case.name != EVERYWHERE
+    return case.dimension == 1 and (case.moved or case.name not in ON_A_LINE)
+
+
+CASES = [
+    slow_if(costly(case), case)
     for name in registry.names("basis")
     for case in bases.cases(name, GENERAL.get(name))
 ]
@@ -28,8 +40,7 @@ OTHER_DEGREES = bases.cases(
 )
 OTHER_DEGREES += bases.cases("bspline", {"degree": 3})
 CASES += [  # each dimension and degree is compiled anew: the other degrees in 1D here
-    pytest.param(case, marks=pytest.mark.slow) if case.dimension > 1 else case
-    for case in OTHER_DEGREES
+    slow_if(case.dimension > 1 or case.moved, case) for case in OTHER_DEGREES
 ]
 CASES += [  # with the products of two coordinates; in 1D there are none
     case

@@ -101,6 +101,7 @@ def test_the_linear_patch_test() -> None:
     assert patch("rkpm", "conforming") < 0.1 * patch("rkpm", "functions")
 
 
+@pytest.mark.slow  # the patch test above
 def test_order_on_a_column_that_is_compacted() -> None:
     """Second, as with derivatives at the same points, and less error."""
     keys = {

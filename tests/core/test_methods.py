@@ -79,8 +79,19 @@ FOR_ALL = (
 CASES = [case for choices in COMBINATIONS if applicable(choices) for case in loops.cases(choices)]
 
 
-# in space everything is compiled once more; rigid motion there is held by tests/problems/test_rigid_motion.py
-BY_DEFAULT = [slow_if(case.dimension == 3, case) for case in CASES]
+def costly(case: loops.MethodCase) -> bool:
+    """Whatever is compiled anew: all is asked on a line, in a plane grids with a lumped mass, in space none.
+
+    Rigid motion in space is asked by tests/problems/test_rigid_motion.py.
+    """
+    choices = case.choices
+    on_a_grid = choices.nodes == "fixed" and choices.shape_functions == "updated"
+    return case.dimension > 1 and not (
+        case.dimension == 2 and on_a_grid and choices.mass == "lumped"
+    )
+
+
+BY_DEFAULT = [slow_if(costly(case), case) for case in CASES]
 
 
 @pytest.mark.parametrize("case", BY_DEFAULT, ids=case_name)
@@ -93,7 +104,7 @@ def test_contract(check: str, case: loops.MethodCase) -> None:
 
 @pytest.mark.parametrize(
     "case",
-    [slow_if(case.dimension == 3, case) for case in CASES if case.dimension > 1],
+    [slow_if(costly(case), case) for case in CASES if case.dimension > 1],
     ids=case_name,
 )
 def test_angular_momentum_needs_a_symmetric_stress(case: loops.MethodCase) -> None:
@@ -101,8 +112,17 @@ def test_angular_momentum_needs_a_symmetric_stress(case: loops.MethodCase) -> No
     assert finding.passed, finding.text
 
 
-@pytest.mark.parametrize("choices", EXPLICIT, ids=lambda c: c.name)
-@pytest.mark.parametrize("check", [name for name in loops.CHECKS if name not in FOR_ALL])
+OF_PRESETS = [  # one order in a plane; those of the others are asked on a bar, by tests/core/test_orders.py
+    slow_if(check == "order on a plate" and choices.name != "mpm", check, choices)
+    for check in loops.CHECKS
+    if check not in FOR_ALL
+    for choices in EXPLICIT
+]
+
+
+@pytest.mark.parametrize(
+    ("check", "choices"), OF_PRESETS, ids=lambda part: part if isinstance(part, str) else part.name
+)
 def test_contract_of_the_presets(check: str, choices: Explicit) -> None:
     for case in loops.cases(choices):
         if check in loops.CHECKS.of(case):

@@ -13,11 +13,13 @@ class TestMpmLinear(ConvergenceStudy):
     changes = FINE_STEP
 
 
+@pytest.mark.slow  # the crossings are counted below
 class TestMpmLinearUntilItCrosses(ConvergenceStudy):
     cells = (31, 63, 127)  # 32, 64, 128 nodes
     changes = FINE_STEP
 
 
+@pytest.mark.slow  # the order of hats, by the same kernels; its error is a reference value below
 class TestMpmBSplineLumped(ConvergenceStudy):
     basis, changes = "bspline", FINE_STEP
 
@@ -31,6 +33,7 @@ class TestOtmLinear(ConvergenceStudy):
     method, changes = "otm", FINE_STEP
 
 
+@pytest.mark.slow  # four grids; by default its error is a reference value, and its order in time
 class TestOtmMaxEnt(ConvergenceStudy):
     method, basis, order, tolerance = "otm", "maxent", 3.5, 0.1
     cells = (8, 16, 32, 64)

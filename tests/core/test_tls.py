@@ -12,6 +12,7 @@ from mpmbench.core.geometry import Box
 from mpmbench.core.particles import ParticleArrays, Particles, seed_cells
 from mpmbench.core.transfer.sums import p2g_internal_force
 from tests.core.support import compose, run
+from tests.support import slow_if
 
 
 def box_of(dim: int) -> Box:
@@ -54,7 +55,7 @@ def scattered(dim: int, box: Box, per_cell: int) -> Particles:
 
 
 @pytest.mark.parametrize("degree", (1, 2))
-@pytest.mark.parametrize("dim", (1, 2, pytest.param(3, marks=pytest.mark.slow)))
+@pytest.mark.parametrize("dim", [slow_if(dim != 2, dim) for dim in (1, 2, 3)])
 def test_totals_of_each_cell_are_kept(dim: int, degree: int) -> None:
     """Mass, momentum, body force and volume times stress, to 1e-14 of the sum of their sizes."""
     box = box_of(dim)

@@ -239,10 +239,8 @@ def test_a_flipped_sign_is_found(check: str) -> None:
     assert not flipped.passed
 
 
-# each is compiled for this test alone: one of those that are no blend here
-@pytest.mark.parametrize(
-    "name", ("flip", "pic", "blend", *(slow_if(name != "apic", name) for name in NEW))
-)
+# in a plane the new ones are compiled anew: on a line they have a contract above
+@pytest.mark.parametrize("name", ("flip", "pic", "blend", *(slow_if(True, name) for name in NEW)))
 def test_which_transfers_filter_small_scales(name: str) -> None:
     finding = loops.energy_of_small_scales(loops.MethodCase(Explicit(transfer=name, flip=0.9), 2))
     assert finding.passed, finding.text

@@ -167,7 +167,7 @@ SHORT = {"problem__rise_time": 0.05, "end_time": 0.15, "resolution": 4}
 
 
 @pytest.mark.parametrize(
-    "name", [slow_if(name in ("otm", "gmm", "frozen"), name) for name in METHODS]
+    "name", [slow_if(name in ("mpm, B-spline", "otm", "gmm", "frozen"), name) for name in METHODS]
 )
 def test_a_block_slides_as_a_rigid_one_or_sticks(name: str) -> None:
     method, basis, changes = METHODS[name]
@@ -194,7 +194,7 @@ BOUNCES = {
 
 @pytest.mark.parametrize(
     "name",
-    [slow_if(name in ("otm", "gmm"), name) for name in BOUNCES],
+    [slow_if(name != "fem", name) for name in BOUNCES],
 )
 def test_a_disk_bounces_with_its_energy(name: str) -> None:
     """Contact by geometry at 1.5858 s until 2.68 s; restitution 0.907.
@@ -211,6 +211,7 @@ def test_a_disk_bounces_with_its_energy(name: str) -> None:
     assert float(found.wall_force.min()) == 0.0 < float(found.wall_force.max())
 
 
+@pytest.mark.slow  # SPH in a plane is compiled for it alone
 def test_particles_of_sph_bounce_and_do_not_pass() -> None:
     """The wall holds at the instant of geometry and lets go; of the speed SPH itself loses a quarter on 8 cells."""
     changes: dict[str, Any] = {

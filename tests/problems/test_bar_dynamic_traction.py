@@ -38,6 +38,7 @@ def test_simple_wave_satisfies_the_equation_of_motion(t: float) -> None:
     )
 
 
+@pytest.mark.slow  # by default energies of tests/core/test_energy.py
 def test_energy_is_balanced_to_second_order() -> None:
     """Kinetic energy, stored energy and the work of the load belong to one instant."""
     coarse, fine = (
@@ -82,7 +83,8 @@ def test_linear_solution(t: float) -> None:
         slow_if(True, "otm", "maxent", {}, 4.946e-8),
         ("otm", "linear", {}, 6.46e-7),
         ("mpm", "bspline", {"method__mass": "consistent"}, 1.602e-7),
-        (
+        slow_if(
+            True,
             "mpm",
             "bspline",
             {"method__mass": "consistent", "method__traction": "last_particle"},
@@ -111,7 +113,7 @@ def test_errors_against_the_linear_solution_stop_at_the_nonlinearity() -> None:
     assert float(result["error_displacement_rms_alternative"]) == pytest.approx(7.5e-9, rel=0.05)
 
 
-@pytest.mark.slow  # errors with both tractions are among the reference values
+@pytest.mark.slow  # two errors; one is a reference value above
 def test_defect_at_the_loaded_end() -> None:
     """Loading the last particle disturbs the stress at the right edge tenfold; a tracked end point does not."""
 
@@ -124,6 +126,7 @@ def test_defect_at_the_loaded_end() -> None:
     assert edge("last_particle") > 5.0 * edge("end_point")
 
 
+@pytest.mark.slow  # the order of the same functions on moving nodes below
 class TestMpmLinear(ConvergenceStudy):
     """The wave has a kink: 5/3 is sharp for linear functions and for every lumped mass."""
 

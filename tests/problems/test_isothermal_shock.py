@@ -125,6 +125,7 @@ def test_errors_of_lumped_otm() -> None:
     assert int(errors[50]["enlarged_points"]) == 0
 
 
+@pytest.mark.slow  # the rate with a lumped mass above
 def test_rate_of_consistent_otm() -> None:
     """The thesis: 2.13 for the velocity."""
     errors = [float(shock(n, **THESIS)[VELOCITY]) for n in (25, 50)]
@@ -132,6 +133,7 @@ def test_rate_of_consistent_otm() -> None:
     assert errors[1] < 8e-4
 
 
+@pytest.mark.slow  # compiles the consistent mass
 def test_time_step_of_a_consistent_mass() -> None:
     """Half of the step for a lumped mass lets a zigzag grow to 1.2e-3 m^1.5/s in the first steps on fine nodes."""
     assert float(shock(200, end_time=2e-4, **THESIS)[VELOCITY]) < 1e-4
@@ -173,6 +175,7 @@ def test_other_methods_run() -> None:
 # negative controls
 
 
+@pytest.mark.slow  # filters are asked by tests/core/test_transfers.py
 def test_lumped_position_differences_filter() -> None:
     error = float(shock(50, method__transfer="position_difference")[VELOCITY])
     assert error > 50.0 * 7.8e-4

@@ -69,7 +69,10 @@ ALL = list(
 )
 
 
-@pytest.mark.parametrize(("basis", "mass", "update", "motion"), ALL)
+@pytest.mark.parametrize(  # a consistent mass is compiled for each basis: with two of them here
+    ("basis", "mass", "update", "motion"),
+    [slow_if(one[1] == "consistent" and one[0] not in ("linear", "bspline"), *one) for one in ALL],
+)
 def test_a_block_on_a_fixed_grid_in_the_plane(
     basis: str, mass: str, update: str, motion: str
 ) -> None:
@@ -97,16 +100,9 @@ def test_all_cells_of_the_cross_product(
         assert_exact(*block(choices, basis, dt, 0.1, resolution, **settings), **settings)
 
 
-LONG = ("gimp", "ddmp", "cpdi", "cpdi2")  # to compile on a line, where nothing else needs them
-
-
-@pytest.mark.parametrize(  # in space one basis, for the methods there: the others are compiled for it alone
+@pytest.mark.parametrize(  # by one basis: the others are compiled for each dimension, and asked in a plane
     ("basis", "dimension"),
-    [
-        slow_if(basis in LONG or (dimension == 3 and basis != "linear"), basis, dimension)
-        for basis in FREE
-        for dimension in (1, 3)
-    ],
+    [slow_if(basis != "linear", basis, dimension) for basis in FREE for dimension in (1, 3)],
 )
 def test_one_and_three_dimensions(basis: str, dimension: int) -> None:
     for motion in ("translation", "fall"):
@@ -213,7 +209,13 @@ STRESSED = [
 ]
 
 
-@pytest.mark.parametrize(("method", "basis", "mass", "update"), STRESSED)
+@pytest.mark.parametrize(
+    ("method", "basis", "mass", "update"),
+    [
+        slow_if(one[1] == "maxent" or one[1:3] == ("bspline", "consistent"), *one)
+        for one in STRESSED
+    ],
+)
 @pytest.mark.parametrize(
     "steps", (1000, pytest.param(10_000, marks=pytest.mark.slow)), ids=("short", "long")
 )

@@ -51,9 +51,7 @@ def test_meshes_fill_both_bodies(spread: str, model: str) -> None:
             assert part.mesh.nodes[:, 1:].min() == 0.0 and part.X[:, 1:].min() > 0.0
 
 
-@pytest.mark.parametrize(
-    ("method", "basis"), (slow_if(True, "otm", "lme"), ("mpm", "linear"))
-)
+@pytest.mark.parametrize(("method", "basis"), (slow_if(True, "otm", "lme"), ("mpm", "linear")))
 def test_what_is_inside_the_plate_is_counted(method: str, basis: str) -> None:
     """The particles of a sphere that is moved into it, and its nodes where they move."""
     made = case.read(compose("sphere_impact", method, basis, **COARSE))

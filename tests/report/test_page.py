@@ -136,6 +136,7 @@ def test_timings_are_relative_to_linear_mpm(quickstart):
 
 
 @pytest.mark.usefixtures("only_svg")
+@pytest.mark.slow  # a page; the sentence for timings that are all shared below
 def test_shared_timings_stay_out_of_the_table(tmp_path, write_run):
     for resolution in (8, 16):
         write_run(

@@ -100,7 +100,7 @@ def test_colours_leave_out_single_values_and_what_is_no_number():
     assert field_of(flat, "stress_22").limits() == (0.0, 1.0)
 
 
-@pytest.mark.parametrize("dim", [1, 2, 3])
+@pytest.mark.parametrize("dim", [1, 2, pytest.param(3, marks=pytest.mark.slow)])
 def test_pictures_and_films_in_every_dimension(dim):
     data = result(dim)
     figure = picture.picture(data, "displacement")

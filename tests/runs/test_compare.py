@@ -179,6 +179,7 @@ def test_times_under_load_decide_little_and_say_so(both, command):
     assert command("compare", "a", "b").code == 10
 
 
+@pytest.mark.slow  # two comparisons; what cannot be compared is asked below
 def test_times_of_other_machines_or_not_alone_are_no_comparable_times(both, command):
     for file in both[1].glob("mpm-*.nc"):
         edit(file, host="another", threads=2)

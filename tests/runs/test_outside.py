@@ -42,6 +42,7 @@ def test_all_four_from_a_folder(command, folder, outside) -> None:
     assert {group: result.attrs[group] for group in CHOICES} == CHOICES
 
 
+@pytest.mark.slow  # they are imported below, and run above in their new form
 def test_all_four_as_they_were_written_for_the_version_before(command, folder, monkeypatch) -> None:
     """A step that is a function with attributes, and modules under their old names."""
     monkeypatch.setenv("MPMBENCH_PLUGINS", str(OLD_PLACES))

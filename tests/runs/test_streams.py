@@ -26,7 +26,9 @@ def test_a_full_standard_output_loses_no_run(command, folder, monkeypatch, capfd
     assert len(list(folder.rglob("*.nc"))) == 2
 
 
-@pytest.mark.parametrize("end", [slow_if(True, ">&-"), "| head -n 1", slow_if(True, "2>&- >&- <&-")])
+@pytest.mark.parametrize(
+    "end", [slow_if(True, ">&-"), "| head -n 1", slow_if(True, "2>&- >&- <&-")]
+)
 def test_a_standard_output_that_is_closed_loses_no_run(folder, end):
     line = f"{sys.executable} -m mpmbench {SWEEP} {end}"
     environment = {**os.environ, "PYTHONPATH": str(PACKAGE.parent)}

@@ -37,6 +37,7 @@ def test_a_sweep_runs_each_cell_once_and_is_resumed(command, folder):
     assert [path.name for path in folder.iterdir()] == ["results"]
 
 
+@pytest.mark.slow  # six runs
 def test_lines_of_runs_of_the_same_name_say_what_tells_them_apart(command):
     sweep = ("-m", "basis=linear,bspline", "resolution=4", "end_time=1e-4", "cfl=0.4,0.5")
     said = unbroken(command(*sweep, "report=false", "method.mass=lumped").out)
@@ -123,6 +124,7 @@ def test_joblib_runs_a_sweep_with_the_same_guarantees(command, plugins, folder):
     assert [path.name for path in folder.iterdir()] == ["results"]
 
 
+@pytest.mark.slow  # eight runs; a cube of two dimensions below
 def test_the_cube_has_the_dimensions_that_vary(command, folder):
     words = ("-m", "method=mpm,otm", "basis=linear", "resolution=4,8", "material.density=1,2")
     before, _, _ = command(*words).out.partition("[1/")

@@ -175,6 +175,7 @@ def test_falling_cantilever_approaches_the_reference() -> None:
     assert float(mpm.error_first_minimum) < 0.02
 
 
+@pytest.mark.slow  # compiles both for it alone
 def test_frozen_functions_keep_the_energy_that_updated_ones_do_not() -> None:
     drifts = {
         kind: float(
@@ -262,6 +263,7 @@ def test_no_run_of_the_column_ends_without_a_reason(basis: str) -> None:
         assert float(result.time_reached) > 0.1
 
 
+@pytest.mark.slow  # many steps of Newton's iteration, to see that it ends
 def test_a_stiffer_tangent_holds_what_is_hardly_held(monkeypatch: pytest.MonkeyPatch) -> None:
     """Particles at the apex of the yield surface, just beyond the edge of a cell: alone they hold the next nodes."""
     settings = {"time_step": 1e-2, "end_time": 0.5}

@@ -43,8 +43,9 @@ def lattice(dim: int, cells: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("body", ("whole", "ball", "random"))
-@pytest.mark.parametrize(  # each degree is compiled anew
-    ("degree", "dim", "cells"), ((1, 2, 9), (2, 2, 8), slow_if(True, 3, 2, 5), (2, 3, 3))
+@pytest.mark.parametrize(  # each degree and dimension is compiled anew
+    ("degree", "dim", "cells"),
+    ((1, 2, 9), (2, 2, 8), slow_if(True, 3, 2, 5), slow_if(True, 2, 3, 3)),
 )
 def test_solutions_are_those_of_the_matrix(body: str, degree: int, dim: int, cells: int) -> None:
     X = lattice(dim, cells)
@@ -76,6 +77,7 @@ def iterations(mass: SparseMass) -> int:
     return int(max(each))
 
 
+@pytest.mark.slow  # one of them in space
 def test_a_full_grid_needs_one_iteration() -> None:
     """Also where whole lines are held; single nodes in them cost some more."""
 

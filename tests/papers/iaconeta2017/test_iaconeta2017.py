@@ -14,6 +14,7 @@ from mpmbench.report.claims import FAILS, HOLDS, UNDECIDED, SetUp, judge, judge_
 from mpmbench.report.evidence import MissingRuns
 from mpmbench.runs.hydra import compose
 from mpmbench.settings import schema
+from tests.support import slow_if
 
 PAPER = "iaconeta2017"
 
@@ -177,7 +178,17 @@ def cells(name):
             yield [f"experiments={name}", *one.split(), *combination]
 
 
-@pytest.mark.parametrize("name", [name for name in schema.experiments() if name.startswith(PAPER)])
+STUDIES = ("dynamic", "fields", "glued", "load_steps", "mls_disk", "radius", "rolling_fine")
+
+
+@pytest.mark.parametrize(  # those beyond the figures of the paper have many cells
+    "name",
+    [
+        slow_if(name.startswith(f"{PAPER}_fine/") or name.partition("/")[2] in STUDIES, name)
+        for name in schema.experiments()
+        if name.startswith(PAPER)
+    ],
+)
 def test_experiments_apply(name):
     """Every run of every experiment is one that can be run."""
     found = compose.compose_many(list(cells(name)))

@@ -68,6 +68,7 @@ def rows_of(chapter: Any, name: str) -> dict[tuple[Any, ...], list[Any]]:
     return {tuple(row[:2]): row[2:] for row in values}
 
 
+@pytest.mark.slow  # its drawings take long; other tables of the chapter below
 def test_table_5_1_stands_beside_ours(campaigns: Any) -> None:
     page = taylor.taylor_chapter(campaigns)
     (table,) = page.tables

@@ -32,7 +32,7 @@ from mpmbench.results import completion
 from mpmbench.runs.hydra import compose
 from mpmbench.settings import schema
 from tests.core import support
-from tests.support import edited
+from tests.support import edited, slow_if
 
 ROOT = Path(__file__).parents[3]
 EXPERIMENTS = ROOT / "experiments" / "wobbes2020"
@@ -282,7 +282,17 @@ def test_the_paper_is_found_by_name():
 # the experiments
 
 
-@pytest.mark.parametrize("file", sorted(EXPERIMENTS.glob("*.yaml")), ids=lambda file: file.stem)
+STUDIES = (  # beyond the figures of the paper, of many cells each
+    *("large_strain", "large_strain_plate", "orders", "plate_orders", "quadrature"),
+    *("stability", "time_step", "time_step_plate"),
+)
+
+
+@pytest.mark.parametrize(
+    "file",
+    [slow_if(file.stem in STUDIES, file) for file in sorted(EXPERIMENTS.glob("*.yaml"))],
+    ids=lambda file: file.stem,
+)
 def test_every_experiment_composes_and_says_what_it_mirrors(file, plugins):
     content = yaml.safe_load(file.read_text())
     assert content["hydra"]["mode"] == "MULTIRUN" and file.read_text().splitlines()[1].startswith(
@@ -415,6 +425,7 @@ def test_limits_on_an_infinite_grid():
 
 @pytest.mark.parametrize("transfer", ["flip", "position_difference"])
 @pytest.mark.parametrize("mass", ["lumped", "consistent"])
+@pytest.mark.slow  # the limits are asked by tests/core/test_limits.py
 def test_the_solver_meets_the_limits_on_an_infinite_grid(mass, transfer):
     case = {
         "method__mass": mass,
