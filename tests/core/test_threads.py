@@ -8,6 +8,7 @@ import pytest
 from mpmbench import case
 from mpmbench.core.compiled import threads
 from tests.core.support import compose
+from tests.support import slow_if
 
 PLATE = {
     "problem": "plate_axis_aligned",
@@ -25,10 +26,11 @@ RUNS = [
     PLATE | {"method": "mpm", "basis": "bspline", "method.transfer": "pic"},
     PLATE | {"method": "unified", "basis": "bspline"},
     PLATE | {"method": "otm", "basis": "maxent"},
-    PLATE | {"method": "otm", "basis": "lme"},
+    slow_if(True, PLATE | {"method": "otm", "basis": "lme"}),
     PLATE | {"method": "otm", "basis": "mls"},
-    BLOCK | {"method": "linear_fem", "basis": "linear"},
-    BLOCK | {"method": "otm", "basis": "lme"},
+    # in space all is compiled anew
+    slow_if(True, BLOCK | {"method": "linear_fem", "basis": "linear"}),
+    slow_if(True, BLOCK | {"method": "otm", "basis": "lme"}),
 ]
 
 

@@ -128,10 +128,10 @@ MOVING = {"nodes": "moving", "transfer": "position_difference"}
 @pytest.mark.parametrize(
     ("mass", "friction"),
     (
-        ("lumped", 0.0),
+        slow_if(True, "lumped", 0.0),
         ("lumped", 0.3),
-        ("lumped", np.inf),
-        pytest.param("consistent", 0.3, marks=pytest.mark.slow),
+        slow_if(True, "lumped", np.inf),
+        slow_if(True, "consistent", 0.3),
     ),
 )
 def test_momentum_is_what_walls_give_in_any_direction(mass: str, friction: float) -> None:

@@ -119,8 +119,9 @@ def test_too_large_a_step_is_a_failure_with_a_reason(method: str, basis: str) ->
 
 @pytest.mark.parametrize(
     ("method", "basis"),
-    [("mpm", "linear"), ("unified", "bspline"), slow_if(True, "otm", "maxent")],
+    [("mpm", "linear"), ("unified", "bspline"), ("otm", "maxent")],
 )
+@pytest.mark.slow  # tests/core/test_threads.py asks the same of few steps
 def test_threads_give_the_same_bits(method: str, basis: str) -> None:
     changes = {
         "resolution": 36,

@@ -11,6 +11,7 @@ import pytest
 from mpmbench.commands.rerun import rebuild
 from mpmbench.runs.process import environment
 from mpmbench.settings.files import BadInput, refuse_targets
+from tests.support import slow_if
 
 ROOT = Path(__file__).parents[2]
 TRAPS = (  # modules that a command imports, of the standard library and of others
@@ -27,7 +28,7 @@ def lay_traps(folder: Path) -> Path:
     return folder / "mark"
 
 
-@pytest.mark.parametrize("arguments", ("--cfg job", "export x.nc --csv"))
+@pytest.mark.parametrize("arguments", ("--cfg job", slow_if(True, "export x.nc --csv")))
 def test_nothing_is_imported_from_the_current_folder(tmp_path, arguments):
     mark = lay_traps(tmp_path)
     (tmp_path / "x.nc").write_text("no result")
