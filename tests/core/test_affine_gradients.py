@@ -54,7 +54,7 @@ def test_inside_a_cell_it_is_the_gradient_of_hats(dim: int) -> None:
     assert np.abs(affine - plain).max() < 1e-11
 
 
-@pytest.mark.slow  # compiles APIC in a plane
+@pytest.mark.slow  # compiles APIC in a plane; linear fields above
 def test_it_is_the_gradient_that_apic_carries() -> None:
     """MLS-MPM: ``F <- (I + dt B D^-1) F``."""
     choices = Explicit(transfer="apic", gradient="affine")

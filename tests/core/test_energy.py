@@ -147,7 +147,7 @@ def test_plastic_dissipation_is_the_work_on_the_plastic_strain() -> None:
     ),
     ids=lambda metal: str(metal["material"]),
 )
-@pytest.mark.slow  # a free body and the work on the plastic strain are asked above
+@pytest.mark.slow  # what a free fluid loses and the work on the plastic strain are asked above
 def test_a_bar_of_metal_keeps_account_of_what_it_loses(metal: dict[str, Any]) -> None:
     """A bar that swings far beyond yield, by an implicit method: the series of energies add up."""
     coarse = {"resolution": 16, "time_step": 4e-4, "end_time": 0.5}

@@ -142,7 +142,7 @@ def test_flip_weight_of_the_blend() -> None:
     assert Explicit().flip_weight == 1.0
 
 
-@pytest.mark.parametrize("dim", (1, 2, 3))
+@pytest.mark.parametrize("dim", (1, 2, pytest.param(3, marks=pytest.mark.slow)))
 def test_deformations_multiply_from_the_left(dim: int) -> None:
     """Two linear velocity fields one after the other: ``F = (I + dt B)(I + dt A)``, not the other way round."""
     rng = np.random.default_rng(dim)

@@ -40,7 +40,7 @@ class TestOtmMaxEnt(ConvergenceStudy):
     changes = FINE_STEP
 
 
-@pytest.mark.slow  # the same functions as below, by a transfer whose order max-ent functions have shown
+@pytest.mark.slow  # the same functions as below, and the method of hats above
 class TestOtmBSpline(ConvergenceStudy):
     """Admissible, against the paper: Greville points make B-splines linearly complete."""
 

@@ -157,7 +157,7 @@ class TestUnified(ConvergenceStudy):
     cells, changes = (32, 64, 128, 256, 512), SHORT
 
 
-@pytest.mark.slow  # the order of linear functions above; of max-ent in tests/core/test_orders.py
+@pytest.mark.slow  # the order of linear functions above; errors of max-ent in tests/core/test_orders.py
 class TestOtmMaxEnt(ConvergenceStudy):
     """About 15/7."""
 

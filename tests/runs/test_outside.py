@@ -53,7 +53,7 @@ def test_all_four_as_they_were_written_for_the_version_before(command, folder, m
     assert {group: result.attrs[group] for group in CHOICES} == CHOICES
 
 
-@pytest.mark.slow  # both run below and above
+@pytest.mark.slow  # the class runs below; a step that is a function in tests/core/test_loops.py
 def test_an_old_step_does_what_the_class_does_that_took_its_place(
     command, folder, monkeypatch
 ) -> None:

@@ -77,7 +77,7 @@ def iterations(mass: SparseMass) -> int:
     return int(max(each))
 
 
-@pytest.mark.slow  # one of them in space
+@pytest.mark.slow  # one of them in space; iterations are counted below, too
 def test_a_full_grid_needs_one_iteration() -> None:
     """Also where whole lines are held; single nodes in them cost some more."""
 
