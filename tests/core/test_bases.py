@@ -42,15 +42,13 @@ OTHER_DEGREES += bases.cases("bspline", {"degree": 3})
 CASES += [  # each dimension and degree is compiled anew: the other degrees in 1D here
     slow_if(case.dimension > 1 or case.moved, case) for case in OTHER_DEGREES
 ]
-CASES += [  # with the products of two coordinates; in 1D there are none
-    case
+CASES += [  # with the products of two coordinates, which tests/core/implicit/test_clouds.py asks; in 1D there are none
+    slow_if(True, case)
     for case in bases.cases("mls", {"mixed_terms": True, "relative_radius": 2.3})
     if case.dimension == 2
 ]
-CASES += [  # in 1D of order 0 too; the others are compiled anew and slow
-    pytest.param(case, marks=pytest.mark.slow)
-    if case.dimension > 1 or case.settings["order"]
-    else case
+CASES += [  # of other orders, whose terms tests/core/test_rkpm.py asks
+    slow_if(True, case)
     for case in (
         *bases.cases("rkpm", {"order": 0}, linear_completeness=False, non_negative=True),
         *bases.cases("rkpm", {"order": 2, "relative_radius": 3.0}),

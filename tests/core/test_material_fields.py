@@ -23,7 +23,7 @@ def fields_after(material: Any, *steps: np.ndarray, dt: float = 1e-3) -> dict[st
     }
 
 
-@pytest.mark.parametrize("dim", (1, 2))
+@pytest.mark.parametrize("dim", (pytest.param(1, marks=pytest.mark.slow), 2))
 @pytest.mark.parametrize("name", registry.names("material"))
 def test_what_is_out_of_the_plane_counts(name: str, dim: int) -> None:
     """Two steps in 1D or 2D and the same ones in 3D have the same fields, of every material."""

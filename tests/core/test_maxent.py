@@ -46,16 +46,19 @@ def rotated(cloud: Cloud, angle: float) -> tuple[np.ndarray, np.ndarray]:
     return cloud.nodes @ Q.T, Q
 
 
+IN_SPACE = ((), pytest.mark.slow)  # where all is compiled once more
 CASES = [
     *(
-        pytest.param(MaxEnt(prior=p), 0.05, d, id=f"maxent-{p}-{d}D")
+        pytest.param(MaxEnt(prior=p), 0.05, d, id=f"maxent-{p}-{d}D", marks=IN_SPACE[d == 3])
         for p in ("cubic_spline",)
         for d in (1, 2, 3)
     ),
     pytest.param(MaxEnt(prior="quartic_spline", d_max=3.0), 0.2, 2, id="maxent-quartic_spline-2D"),
-    pytest.param(MaxEnt(prior="gaussian", d_max=3.5), 0.2, 3, id="maxent-gaussian-3D"),
+    pytest.param(
+        MaxEnt(prior="gaussian", d_max=3.5), 0.2, 3, id="maxent-gaussian-3D", marks=IN_SPACE[True]
+    ),
     *(
-        pytest.param(LocalMaxEnt(gamma=g), 0.3, d, id=f"lme-{g}-{d}D")
+        pytest.param(LocalMaxEnt(gamma=g), 0.3, d, id=f"lme-{g}-{d}D", marks=IN_SPACE[d == 3])
         for g in (0.8, 1.8, 6.8)
         for d in (1, 2, 3)
     ),
@@ -150,7 +153,7 @@ def test_end_of_a_line(settings: MaxEnt | LocalMaxEnt) -> None:
 
 
 @pytest.mark.parametrize("settings", [MaxEnt(d_max=2.5), LocalMaxEnt(gamma=1.8)])
-@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("dim", [2, pytest.param(3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("share", [0.0, 0.1])
 def test_faces_of_a_turned_box(settings: MaxEnt | LocalMaxEnt, dim: int, share: float) -> None:
     """On a face that no axis is aligned with, only its own nodes have functions, and completeness holds."""
@@ -174,7 +177,7 @@ def test_faces_of_a_turned_box(settings: MaxEnt | LocalMaxEnt, dim: int, share: 
         assert np.abs(grad - inwards).max() < 1e-3 * CELLS[dim]
 
 
-@pytest.mark.parametrize("dim", [1, 2, 3])
+@pytest.mark.parametrize("dim", [1, 2, pytest.param(3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("settings", [MaxEnt(), LocalMaxEnt()])
 def test_outside_is_an_error_and_inside_is_not(settings: MaxEnt | LocalMaxEnt, dim: int) -> None:
     basis = settings.build(Box((0.0,) * dim, (1.0,) * dim, (CELLS[dim],) * dim), 0, False)

@@ -82,7 +82,7 @@ CASES = [case for choices in COMBINATIONS if applicable(choices) for case in loo
 def costly(case: loops.MethodCase) -> bool:
     """Whatever is compiled anew: all is asked on a line, in a plane grids with a lumped mass, in space none.
 
-    Rigid motion in space is asked by tests/problems/test_rigid_motion.py.
+    One bar is the same in all of them by tests/core/test_dimensions.py.
     """
     choices = case.choices
     on_a_grid = choices.nodes == "fixed" and choices.shape_functions == "updated"
@@ -112,8 +112,8 @@ def test_angular_momentum_needs_a_symmetric_stress(case: loops.MethodCase) -> No
     assert finding.passed, finding.text
 
 
-OF_PRESETS = [  # one order in a plane; those of the others are asked on a bar, by tests/core/test_orders.py
-    slow_if(check == "order on a plate" and choices.name != "mpm", check, choices)
+OF_PRESETS = [  # orders are asked on a bar, by tests/core/test_orders.py
+    slow_if(check == "order on a plate", check, choices)
     for check in loops.CHECKS
     if check not in FOR_ALL
     for choices in EXPLICIT

@@ -31,6 +31,7 @@ def no_plugins(monkeypatch):
     monkeypatch.setenv("MPMBENCH_PLUGINS", "")  # the command adds the folder of the file
 
 
+@pytest.mark.slow  # the same twenty checks on a broken one are asked below
 def test_a_plugin_that_keeps_its_contract(command):
     outcome = command("check", str(OUTSIDE / "stored_hat.py"))
     assert outcome.code == 0, outcome.out
