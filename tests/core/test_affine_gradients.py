@@ -79,6 +79,7 @@ def test_contract(motion: dict[str, str]) -> None:
         assert finding.passed, f"{check}: {finding.text}"
 
 
+@pytest.mark.slow  # compiles them in a plane; tests/core/test_audit.py has that of APIC
 def test_angular_momentum_is_that_of_apic() -> None:
     """Symmetric stresses turn nothing by these gradients either."""
     assert find_transfer("apic").promises.angular_momentum

@@ -49,7 +49,7 @@ def inside(dim: int, width: float) -> Particles:
     return Particles.at_rest((cell + place) * h, np.full(20, np.prod(width * h)), 1.0)
 
 
-@pytest.mark.parametrize("dim", (1, 2))
+@pytest.mark.parametrize("dim", (pytest.param(1, marks=pytest.mark.slow), 2))
 def test_gimp_and_cpdi_without_deformation(dim: int) -> None:
     """Domains of all kinds are one at F = 1; within a cell corners say what integrals say."""
     p = inside(dim, 0.4)
@@ -70,7 +70,7 @@ def test_gimp_and_cpdi_without_deformation(dim: int) -> None:
     )
 
 
-@pytest.mark.parametrize("dim", (1, 2))
+@pytest.mark.parametrize("dim", (pytest.param(1, marks=pytest.mark.slow), 2))
 def test_splines_of_degree_one_are_hats(dim: int) -> None:
     p = inside(dim, 0.1)
     for one, other in zip(
