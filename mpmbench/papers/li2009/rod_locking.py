@@ -107,6 +107,7 @@ def _curves(page: Chapter, campaigns: Campaigns) -> None:
                     drawn = True
                     look = style.line(match["method"], match.get("basis", "linear"), rank)
                     look["linestyle"] = "-" if campaign == CAMPAIGN else ":"
+                    look["marker"] = "Do^"[rank]  # one colour stands for two methods
                     axis.plot([*known], [*known.values()], label=f"{name}, {volume}", **look)
         axis.set(xlabel="cells along the radius", ylabel=key)
         axis.set_xticks(CELLS)
