@@ -66,7 +66,7 @@ def test_deformation_and_stress_follow_the_velocity_gradient(dim: int) -> None:
     assert not p.sigma[-2:].any() and not p.L[-2:].any()
     assert np.array_equal(p.v, v)
     all_L = np.zeros_like(L)
-    velocity_gradients(state.basis.handle, p.x, state.nodes.v, all_L)
+    velocity_gradients(state.basis.handle, p.x, state.nodes.v, all_L, 0, len(p.x))
     assert np.allclose(all_L, L, rtol=0.0, atol=1e-12)
 
 
