@@ -4,7 +4,6 @@ from collections import namedtuple
 from dataclasses import dataclass, field
 from functools import cached_property
 from operator import attrgetter
-from typing import NamedTuple
 
 import numpy as np
 
@@ -65,13 +64,6 @@ def particle_data(*owners: object) -> dict[str, ParticleData]:
 # The arrays of `Particles` that are updated in every step, as compiled loops take them.
 ParticleArrays = namedtuple("ParticleArrays", "x v F L sigma V0 V m state a b")
 _values = attrgetter(*ParticleArrays._fields)
-
-
-class Cells(NamedTuple):
-    """Particles that share something, for F-bar: those of cell c are ``member[first[c] : first[c + 1]]``."""
-
-    first: np.ndarray
-    member: np.ndarray
 
 
 @dataclass

@@ -28,28 +28,22 @@ from mpmbench.core.implicit.assembly import (
     push_forward,
 )
 from mpmbench.core.materials import kirchhoff_step
-from mpmbench.core.particles import Cells
+from mpmbench.core.state import State
+from mpmbench.core.transfer.sharing import Cells, cells_of, share_pressure
 
 
-def cells_of(size: np.ndarray, index: np.ndarray) -> Cells:
+def with_same_functions(size: np.ndarray, index: np.ndarray) -> Cells:
     """Cells of the particles whose functions are ``index[p, :size[p]]``; those without any are in none."""
     seen = np.where(np.arange(index.shape[1]) < size[:, None], index, -1)
     member = np.flatnonzero(size > 0)
-    _, cell = np.unique(seen[member], axis=0, return_inverse=True)
-    counts = np.bincount(cell.ravel())
-    first = np.concatenate([[0], np.cumsum(counts)])
-    return Cells(first, member[np.argsort(cell.ravel(), kind="stable")])
+    return cells_of(np.unique(seen[member], axis=0, return_inverse=True)[1].ravel(), member)
 
 
-def with_mean_pressure(sigma: np.ndarray, V: np.ndarray, cells: Cells) -> np.ndarray:
+def with_mean_pressure(s: State, cells: Cells) -> np.ndarray:
     """The stresses that act on ``grad v`` in f(v) at the start of a step: each cell has one pressure."""
-    first, member = cells.first[:-1], cells.member
-    out, axes = sigma.copy(), np.arange(sigma.shape[1])
-    pressure, volume = np.trace(sigma[member], axis1=1, axis2=2) / len(axes), V[member]
-    mean = np.add.reduceat(volume * pressure, first) / np.add.reduceat(volume, first)
-    change = np.repeat(mean, np.diff(cells.first)) - pressure
-    out[member[:, None], axes, axes] += change[:, None]
-    return out
+    sigma = s.particles.sigma.copy()
+    share_pressure(s.axes, cells, s.particles.V, sigma, 0, len(cells.first) - 1)
+    return sigma
 
 
 @compiled

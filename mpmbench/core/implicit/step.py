@@ -6,7 +6,7 @@ from mpmbench.core.bases.handle import Stencils, fill
 from mpmbench.core.compiled import compiled
 from mpmbench.core.implicit import assembly
 from mpmbench.core.implicit.constraints import HeldPoints
-from mpmbench.core.implicit.f_bar import cells_of, with_mean_pressure
+from mpmbench.core.implicit.f_bar import with_mean_pressure, with_same_functions
 from mpmbench.core.implicit.ghost import ghost_of
 from mpmbench.core.implicit.workspace import Workspace
 from mpmbench.core.loads import external_force
@@ -55,7 +55,7 @@ def prepare(s: State) -> Workspace:
         w.pattern = build_pattern(size, index, s.basis.nodes, symmetric)
         w.pattern_of = size, index.copy()
         if s.choices.volumetric == "f_bar":
-            w.cells = cells_of(np.where(p.V0 > 0.0, w.phi.size, 0), w.phi.index)
+            w.cells = with_same_functions(np.where(p.V0 > 0.0, w.phi.size, 0), w.phi.index)
     return w
 
 
@@ -116,7 +116,7 @@ def given_by_mapping(
         assembly.interpolate(w.phi, a, carried)
         assembly.interpolate(w.phi, du, moved)
         inertia = float(p.m @ np.sum(carried * moved, axis=1))
-    sigma = p.sigma if w.cells is None else with_mean_pressure(p.sigma, p.V, w.cells)
+    sigma = p.sigma if w.cells is None else with_mean_pressure(s, w.cells)
     work = float(np.sum(f_external * du)) - assembly.internal_work(w.phi, p.V, sigma, du)
     return 0.5 * (inertia - work)
 

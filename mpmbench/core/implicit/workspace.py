@@ -9,7 +9,7 @@ from mpmbench.core.implicit.constraints import HeldPoints
 from mpmbench.core.implicit.ghost import GhostCells, GhostGrid, GhostSimplices
 from mpmbench.core.matrix.blocks import BandMemory
 from mpmbench.core.matrix.pattern import Pattern
-from mpmbench.core.particles import Cells
+from mpmbench.core.transfer.sharing import Cells
 
 
 @dataclass

@@ -15,13 +15,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mpmbench.core.compiled import inlined, lean, matrix, table, threads
-from mpmbench.core.compiled.algebra import determinant, squared
-from mpmbench.core.compiled.rows import BATCH, take
+from mpmbench.core.compiled import threads
 from mpmbench.core.geometry import search_tree
-from mpmbench.core.particles import Cells
 from mpmbench.core.state import State
-from mpmbench.core.transfer.carry import strain, velocity_gradients
+from mpmbench.core.transfer.carry import strain_by, velocity_gradients
+from mpmbench.core.transfer.sharing import Cells, cells_of, share_change, share_pressure
 
 
 class Around(NamedTuple):
@@ -40,10 +38,7 @@ def around_nodes(s: State) -> Around:
         number, rows = np.arange(len(s.initial_nodes))[own], s.bodies.particles(b)
         found = search_tree(s.initial_nodes[own]).query(s.particles.X[rows])[1]
         nearest[rows] = number[found]
-    member = np.argsort(nearest, kind="stable")
-    counts = np.unique(nearest, return_counts=True)[1]
-    first = np.concatenate([[0], np.cumsum(counts)])
-    return Around(Cells(first, member), np.zeros((solid, len(s.axes), len(s.axes))))
+    return Around(cells_of(nearest, np.arange(solid)), np.zeros_like(s.particles.F[:solid]))
 
 
 def strain_together(s: State, dt: float) -> None:
@@ -63,66 +58,3 @@ def strain_together(s: State, dt: float) -> None:
 
         threads.run(part, last - first)
     threads.run(lambda _, *part: share_pressure(s.axes, cells, p.V, p.sigma, *part), count)
-
-
-@lean
-def share_change(axes, cells, V, dt, L, start, stop):
-    """Change L in cells start to stop: ``det(I + dt L)`` is that of all particles of a cell together."""
-    dim, increment = len(axes), matrix(axes, axes)
-    for c in range(start, stop):
-        before, after = 0.0, 0.0
-        for m in range(cells.first[c], cells.first[c + 1]):
-            p = cells.member[m]
-            volume = V[p]
-            before += volume
-            after += volume * change(axes, dt, L[p], increment)
-        for m in range(cells.first[c], cells.first[c + 1]):
-            p = cells.member[m]
-            J = change(axes, dt, L[p], increment)
-            scale = 1.0  # where one is turned inside out, as a guard will see
-            if after > 0.0 and J > 0.0:
-                scale = (after / before / J) ** (1.0 / dim)
-            for d in range(dim):
-                for e in range(dim):
-                    L[p, d, e] *= scale
-                L[p, d, d] += (scale - 1.0) / dt if dt > 0.0 else 0.0
-
-
-@inlined
-def change(axes, dt, L, increment):
-    """Write ``I + dt L``; its determinant."""
-    for d in range(len(axes)):
-        for e in range(len(axes)):
-            increment[d, e] = dt * L[d, e] + (1.0 if d == e else 0.0)
-    return determinant(axes, increment)
-
-
-@lean
-def strain_by(axes, law, p, L, dt, start, stop):
-    """Update F, V and stress of particles start to stop from their velocity gradients (Eqs. 28-30)."""
-    entries, gradient = squared(axes), 2 * len(axes)
-    fields = table((0.0, 0.0, *axes), axes, BATCH)
-    for first in range(start, stop, len(BATCH)):
-        n = min(len(BATCH), stop - first)
-        take(entries, fields, gradient, L, first, n)
-        strain(axes, entries, law, p, first, n, dt, fields)
-
-
-@lean
-def share_pressure(axes, cells, V, sigma, start, stop):
-    """Give the stresses of the particles in cells start to stop the mean pressure by volume."""
-    dim = len(axes)
-    for c in range(start, stop):
-        volume, mean = 0.0, 0.0
-        for m in range(cells.first[c], cells.first[c + 1]):
-            p = cells.member[m]
-            volume += V[p]
-            for d in range(dim):
-                mean += V[p] * sigma[p, d, d] / dim
-        for m in range(cells.first[c], cells.first[c + 1]):
-            p = cells.member[m]
-            own = 0.0
-            for d in range(dim):
-                own += sigma[p, d, d] / dim
-            for d in range(dim):
-                sigma[p, d, d] += mean / volume - own

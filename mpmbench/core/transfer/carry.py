@@ -132,6 +132,17 @@ def strain(axes, entries, law, p, first, n, dt, fields):
 
 
 @lean
+def strain_by(axes, law, p, L, dt, start, stop):
+    """Update F, V and stress of particles start to stop from their velocity gradients (Eqs. 28-30)."""
+    entries, gradient = squared(axes), 2 * len(axes)
+    fields = table((0.0, 0.0, *axes), axes, BATCH)
+    for first in range(start, stop, len(BATCH)):
+        n = min(len(BATCH), stop - first)
+        take(entries, fields, gradient, L, first, n)
+        strain(axes, entries, law, p, first, n, dt, fields)
+
+
+@lean
 def velocity_gradients(phi, x, v_i, L, start, stop):
     """``L_p = sum_i v_i (x) grad phi_i`` of particles start to stop."""
     work, grad_phi = scratch(phi), vector(phi.axes)

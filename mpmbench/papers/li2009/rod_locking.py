@@ -35,11 +35,13 @@ def locking_chapter(campaigns: Campaigns) -> Chapter:
     campaigns[CAMPAIGN]  # raises when nothing was run
     rows: list[list[Any]] = []
     judged: list[str] = []
+    shapes: dict[tuple[str, str], list[list[Cell]]] = {}
     for name, match in RODS.items():
         for volume, campaign in SHARED.items():
             for cells in CELLS:
                 one = match | {"resolution": cells}
                 shape = shape_of(campaigns, campaign, **one)
+                shapes.setdefault((name, volume), []).append(shape)
                 (missing,) = quantities(campaigns, campaign, ("energy_imbalance",), **one)
                 pressures = pressures_of(campaigns, campaign, shape[-1], one)
                 rows.append([name, volume, cells, *shape, *pressures, missing])
@@ -60,7 +62,7 @@ def locking_chapter(campaigns: Campaigns) -> Chapter:
         numeric=range(2, 12),
         note=note,
     )
-    _curves(page, campaigns)
+    _curves(page, shapes)
     page.notes += judged
     return page
 
@@ -89,26 +91,22 @@ def within(name: str, shape: list[Cell]) -> Iterator[str]:
     yield f"{name}: within the references of Table 5.1 are {told[0]}; outside are {told[1]}."
 
 
-def _curves(page: Chapter, campaigns: Campaigns) -> None:
+def _curves(page: Chapter, shapes: dict[tuple[str, str], list[list[Cell]]]) -> None:
     """Radius of the foot and plastic strain over the number of cells."""
     figure, axes = panels(1, 2, 3.1)
     drawn = False
     for axis, key in zip(axes[0], ("radius at nodes [mm]", "plastic strain"), strict=True):
         column, low, high = REFERENCES[key]
         axis.axhspan(low, high, color="#dddddd", zorder=0)
-        for rank, (name, match) in enumerate(RODS.items()):
-            for volume, campaign in SHARED.items():
-                found = {
-                    n: shape_of(campaigns, campaign, **match, resolution=n)[column].value
-                    for n in CELLS
-                }
-                known = {n: value for n, value in found.items() if isinstance(value, float)}
-                if known:
-                    drawn = True
-                    look = style.line(match["method"], match.get("basis", "linear"), rank)
-                    look["linestyle"] = "-" if campaign == CAMPAIGN else ":"
-                    look["marker"] = "Do^"[rank]  # one colour stands for two methods
-                    axis.plot([*known], [*known.values()], label=f"{name}, {volume}", **look)
+        for (name, volume), found in shapes.items():
+            values = dict(zip(CELLS, (shape[column].value for shape in found), strict=True))
+            known = {n: value for n, value in values.items() if isinstance(value, float)}
+            if known:
+                drawn, rank = True, [*RODS].index(name)
+                look = style.line(RODS[name]["method"], RODS[name].get("basis", "linear"), rank)
+                look["linestyle"] = "-" if SHARED[volume] == CAMPAIGN else ":"
+                look["marker"] = "Do^"[rank]  # one colour stands for two methods
+                axis.plot([*known], [*known.values()], label=f"{name}, {volume}", **look)
         axis.set(xlabel="cells along the radius", ylabel=key)
         axis.set_xticks(CELLS)
     if not drawn:

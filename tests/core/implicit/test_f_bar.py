@@ -8,7 +8,7 @@ import pytest
 from mpmbench import case
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.implicit.assembly import internal_work
-from mpmbench.core.implicit.f_bar import cells_of, with_mean_pressure
+from mpmbench.core.implicit.f_bar import with_mean_pressure, with_same_functions
 from mpmbench.core.implicit.newton import Equations
 from mpmbench.core.implicit.step import convect, prepare
 from mpmbench.core.state import State
@@ -83,7 +83,7 @@ def test_the_work_of_stresses_with_the_mean_pressure_is_that_of_the_forces() -> 
     assert equations.residual(np.zeros_like(direction)) is not None
     wanted = float(np.sum(equations.internal * direction))
     assert w.cells is not None
-    with_mean = internal_work(w.phi, p.V, with_mean_pressure(p.sigma, p.V, w.cells), direction)
+    with_mean = internal_work(w.phi, p.V, with_mean_pressure(state, w.cells), direction)
     assert with_mean == pytest.approx(wanted, rel=1e-10)
     assert internal_work(w.phi, p.V, p.sigma, direction) != pytest.approx(wanted, rel=1e-5)
 
@@ -91,7 +91,7 @@ def test_the_work_of_stresses_with_the_mean_pressure_is_that_of_the_forces() -> 
 def test_cells_are_particles_with_the_same_functions() -> None:
     """What stands behind the functions of a particle does not count, and one without any is in no cell."""
     index = np.array([[4, 5], [7, 8], [4, 5], [7, 3], [0, 0]])
-    cells = cells_of(np.array([2, 1, 2, 1, 0]), index)
+    cells = with_same_functions(np.array([2, 1, 2, 1, 0]), index)
     found = [
         set(cells.member[start:stop])
         for start, stop in zip(cells.first[:-1], cells.first[1:], strict=True)
