@@ -94,7 +94,9 @@ def test_particles_around_a_node_have_one_change_of_volume_and_one_pressure() ->
 
 
 def test_who_shares_is_nearest_to_a_node_of_its_own_body() -> None:
+    """A third of a cell aside, nodes of the other body are nearer to some particles."""
     settings: dict[str, Any] = {"method__volumetric": "f_bar", "problem__gap": 1e-3}
+    settings["problem__offset"] = 0.125 / 3.0
     config = compose("two_squares", "linear_fem", "linear", contact="penalty", **settings)
     s = case.build(case.read(config))
     move(s, np.zeros_like(s.nodes.v), DT)
