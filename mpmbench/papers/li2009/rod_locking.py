@@ -50,9 +50,10 @@ def locking_chapter(campaigns: Campaigns) -> Chapter:
     columns += ["radius, outermost particle [mm]", "plastic strain", "largest von Mises [MPa]"]
     columns += ["99 % of the volume below [MPa]", "lowest pressure [MPa]", "highest pressure [MPa]"]
     note = (
-        "Functions on tetrahedra and clouds come with six particles to a node, so with more conditions on "
-        "volume than nodes have motions. With F-bar there is one for each node: the particles that had it "
-        "nearest at the start share a change of volume and a pressure. Nothing else differs."
+        "Inside the rod there are six particles to a node, so more conditions on volume than nodes have "
+        "motions. With F-bar there is one for each node: the particles that had it nearest at the start "
+        "share a change of volume and a pressure. Nothing else differs, but for the steps in time, which "
+        "follow the shortest cell."
     )
     page.tabulate(
         "shape",
