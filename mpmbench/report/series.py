@@ -23,6 +23,9 @@ UNITS = {
     "young_modulus": "Pa",
     "density": "kg/m³",
 }
+MOST_IN_NAMES = (
+    4  # differences of curves; where there are more, the sentence above the figures tells them
+)
 KNOWN = (METHOD_COLOURS, BASIS_MARKERS)
 METHOD_NAMES = {
     "mpm": "MPM",
@@ -89,7 +92,7 @@ class Series:
     runs : DataFrame
         Rows of `Campaign.runs`, any status, with the column ``axis_value``.
     choices : tuple of str
-        What else differs between the curves of its study: ``lumped mass``.
+        What else differs between the curves of its study, unless that is much: ``lumped mass``.
     """
 
     method: str
@@ -244,7 +247,8 @@ def _study(
         (run.method, run.basis, chosen[file]) for file, run in runs[["method", "basis"]].iterrows()
     )
     differing = [one for one in differing if one.key != along]
-    named = [*(one.key for one in differing), *kept]
+    told = [one.key for one in differing] if len(differing) <= MOST_IN_NAMES else []
+    named = [*told, *kept]
     series = [replace(one, choices=_choices(one, settings, named)) for one in series]
     return Study(problem, campaign, runs, axis, series, differing)
 

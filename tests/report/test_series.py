@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mpmbench.report import series
 from mpmbench.report.coincide import differing
 from mpmbench.report.series import further_studies, order_of, studies
 from mpmbench.results.records import read_campaign
@@ -185,6 +186,20 @@ def test_choices_that_differ_between_methods_are_named_with_what_makes_them_equa
         "The curves differ in more than what is swept. mass: lumped for MPM, consistent for OTM "
         "and unified (method.mass=consistent makes them equal)."
     )
+
+
+@pytest.mark.parametrize("most", (3, 2))
+def test_choices_stay_out_of_names_where_many_differ(tmp_path, write_run, monkeypatch, most):
+    """The sentence above the figures tells all of them in any case."""
+    monkeypatch.setattr(series, "MOST_IN_NAMES", most)
+    given = {"transfer": ("flip", "nodal"), "nodes": ("fixed", "moving")}
+    for k, method in enumerate(("mpm", "otm")):
+        own = {"method": {key: values[k] for key, values in given.items()}}
+        write_run(tmp_path, method, mass=("lumped", "consistent")[k], settings=own)
+    (study,) = studies(read_campaign(tmp_path))
+    assert len(study.differences) == 3
+    assert any(one.choices for one in study.series) == (most == 3)
+    assert all(f"{key}: " in differing(study) for key in ("mass", "transfer", "nodes"))
 
 
 def test_a_choice_that_some_method_sweeps_is_named_by_every_curve_and_is_no_hidden_one(
