@@ -33,7 +33,7 @@ OPTIONS: dict[str, Any] = {
     "no_cfunc_wrapper": True,
 }
 # Only kernels call what is inlined: wrappers for Python and C would be a sixth of all compiling.
-INLINED: Any = {key: OPTIONS[key] for key in ("error_model", "fastmath")} | {
+INLINED: Any = {key: OPTIONS[key] for key in ("error_model", "fastmath", "cache")} | {
     "_nrt": False,
     "forceinline": True,
     "no_cpython_wrapper": True,
