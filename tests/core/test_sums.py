@@ -62,7 +62,8 @@ def check(state: State) -> None:
     [
         ("linear", {}, 2, Loads()),
         slow_if(True, "bspline", {"degree": 3}, 2, Loads()),
-        *(("linear", {}, dim, Loads(push)) for dim in (1, 2, 3)),
+        # in space without a force by tests/core/test_dimensions.py
+        *(slow_if(dim == 3, "linear", {}, dim, Loads(push)) for dim in (1, 2, 3)),
         *(slow_if(dim == 3, "bspline", {"degree": 2}, dim, Loads(push)) for dim in (1, 2, 3)),
         # each basis is compiled anew for each dimension
         *(slow_if(dim == 1, "gimp", {}, dim, Loads(push)) for dim in (1, 2)),
