@@ -57,6 +57,7 @@ def test_runs_what_is_missing_and_then_nothing(command, folder, study, monkeypat
         return results / "report/index.html"
 
     monkeypatch.setattr(report, "build", quick)
+    monkeypatch.setattr(reproduce, "AT_A_TIME", 1)  # how the last one is shared is asked below
     first = command("reproduce", "mini")
     assert first.code == 0, first.err
     files = sorted((folder / "results/mini/one").glob("*.nc"))
