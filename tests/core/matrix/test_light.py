@@ -66,8 +66,8 @@ def expected(
     return out
 
 
-# on a line a consistent mass is a band: the others are compiled there for this test alone, and in a plane
-# for both bases, of which one is asked here and the other by tests/problems/test_plate_axis_aligned.py
+# on a line a consistent mass is a band: the others are compiled there for this test alone, and in a plane for both
+# bases, of which hats are asked here; tests/problems/test_plate_axis_aligned.py has a sparse mass with splines
 KINDS = [
     slow_if(
         kind in (SparseMass, DirectMass) and (dimension, basis) != (2, "linear"),
