@@ -179,6 +179,20 @@ def test_search_in_cells_finds_what_all_nodes_give() -> None:
     assert np.abs(near.handle.matrix(n) - all_.handle.matrix(n)).max() < 1e-12
 
 
+def test_functions_on_the_edges_of_a_turned_cube_are_those_before() -> None:
+    """There the multipliers are infinite along two directions at once, which are not those of the axes."""
+    nodes = Box((0.0,) * 3, (1.0,) * 3, (5,) * 3).points
+    t = np.linspace(0.03, 0.97, 20)[:, None]
+    edges = (([0.0, 0.0, 0.0], [1.0, 0.0, 0.0]), ([1.0, 0.0, 1.0], [0.0, 1.0, 0.0]))
+    x = np.vstack([np.array(start) + t * np.array(along) for start, along in edges])
+    expected = LocalMaxEnt(spacing=0.2).build(Cloud(nodes), len(x), True).evaluate(x)
+    for seed in range(3):
+        turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+        found = LocalMaxEnt(spacing=0.2).build(Cloud(nodes @ turn.T), len(x), True)
+        difference = found.evaluate(x @ turn.T).matrix(len(nodes)) - expected.matrix(len(nodes))
+        assert np.abs(difference).max() < 1e-12
+
+
 def test_radius_grows_where_nodes_do_not_surround_a_point() -> None:
     nodes = np.delete(np.linspace(0.0, 1.0, 11), [4, 5])[:, None]
     x = np.array([[0.25], [0.35]])

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from mpmbench.core.compiled import inlined
 
 
@@ -45,6 +47,32 @@ def inverse(axes, A, B):
                 c, d = (i + 1) % 3, (i + 2) % 3
                 B[i, j] = (A[a, c] * A[b, d] - A[a, d] * A[b, c]) * r
     return det
+
+
+@inlined
+def inverse_of_positive(axes, A, B):
+    """``B = A^-1`` by elimination, for a symmetric A that is positive; returns the least pivot.
+
+    Where A is nearly singular along directions that are not the axes, cofactors have lost what
+    remains of it, and pivots have not.
+    """
+    least = np.inf
+    for i in range(len(axes)):
+        for j in range(len(axes)):
+            B[i, j] = A[i, j]
+    for k in range(len(axes)):
+        least = min(least, B[k, k])
+        r = 1.0 / B[k, k]
+        B[k, k] = 1.0
+        for j in range(len(axes)):
+            B[k, j] *= r
+        for i in range(len(axes)):
+            if i != k:
+                factor = B[i, k]
+                B[i, k] = 0.0
+                for j in range(len(axes)):
+                    B[i, j] -= factor * B[k, j]
+    return least
 
 
 @inlined

@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from mpmbench.core.compiled import inlined, lean, matrix, summing, vector
-from mpmbench.core.compiled.algebra import inverse, length, multiply
+from mpmbench.core.compiled.algebra import inverse_of_positive, length, multiply
 from mpmbench.core.compiled.exponentials import exponentials, whole_lanes
 
 DONE, TOO_NARROW, OUTSIDE, FLAT, STALLED = 0, 1, 2, 3, 4  # what becomes of a point
@@ -175,7 +175,7 @@ def newton(form, found, reach, last_move, work, multiplier, step):
         residual = length(axes, r)
         if residual <= goal and counted < 0:
             counted = steps
-        determinant = inverse(axes, H, inverse_H)
+        least = inverse_of_positive(axes, H, inverse_H)
         trace = 0.0
         for d in range(len(axes)):
             trace += inverse_H[d, d]
@@ -183,12 +183,12 @@ def newton(form, found, reach, last_move, work, multiplier, step):
             for b in range(len(axes)):
                 step[d] += inverse_H[d, b] * r[b]
         move = length(axes, step) * reach
-        if move <= last_move and determinant > 0.0:
+        if move <= last_move and least > 0.0:
             correct(axes, found, work, inverse_H, Z, r, step)
             return DONE, (steps + 1 if counted < 0 else counted), False
         if residual <= goal and not trace * reach * reach < HULL_CONDITION:
             return DONE, counted, True
-        if not (determinant > 0.0 and move < 1e300):
+        if not (least > 0.0 and move < 1e300):
             if not form.line_search:
                 return STALLED, steps, False
             return (OUTSIDE if size > FAR else FLAT), steps, False
@@ -204,7 +204,7 @@ def divide(axes, B, H, floor, M):
         trace += H[d, d]
     for d in range(len(axes)):
         H[d, d] += floor * trace
-    inverse(axes, H, inverse_H)
+    inverse_of_positive(axes, H, inverse_H)
     for d in range(len(axes)):
         inverse_trace += inverse_H[d, d]
     multiply(axes, B, inverse_H, M)
