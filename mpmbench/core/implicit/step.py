@@ -52,7 +52,7 @@ def prepare(s: State) -> Workspace:
     )
     if not same:
         symmetric = all(one.symmetric_tangent for one in s.bodies.materials)
-        w.pattern = build_pattern(size, index, s.basis.nodes, symmetric)
+        w.pattern = build_pattern(size, index, s.basis.nodes, symmetric, w.pattern)
         w.pattern_of = size, index.copy()
         if s.choices.volumetric == "f_bar":
             w.cells = with_same_functions(np.where(p.V0 > 0.0, w.phi.size, 0), w.phi.index)

@@ -11,7 +11,9 @@ from mpmbench.core.compiled import compiled
 from mpmbench.core.errors import BrokeDown
 from mpmbench.core.matrix.pattern import Pattern
 
-WIDEST_BAND = 600  # beyond this many entries beside the diagonal SuperLU's nested dissection wins
+# A larger band is factorised as a sparse matrix. Bands win where they fit: by 3 to 12 in space, where the fill-in of
+# nested dissection is as large and LAPACK's kernels are faster, and not at all on fine grids in the plane.
+LARGEST_BAND = 1_000_000_000  # [byte]
 
 Solve = Callable[[np.ndarray], np.ndarray]
 
@@ -56,10 +58,19 @@ def factorise(
         When the matrix is singular.
     """
     left_out = np.ascontiguousarray(fixed.ravel())
-    if pattern.band * blocks.shape[1] > WIDEST_BAND:
-        return _sparse(pattern, blocks, left_out)
     memory = memory or BandMemory()
-    return _cholesky(pattern, blocks, left_out, memory) or _band(pattern, blocks, left_out, memory)
+    width = (pattern.band + 1) * blocks.shape[1] - 1
+    solve: Solve | None = None
+    if fits(len(left_out), width + 1):
+        solve = _cholesky(pattern, blocks, left_out, memory)
+    if solve is None and fits(len(left_out), 3 * width + 1):
+        solve = _band(pattern, blocks, left_out, memory)
+    return solve or _sparse(pattern, blocks, left_out)
+
+
+def fits(rows: int, columns: int) -> bool:
+    """Whether a band of so many numbers is worth its memory."""
+    return 8 * rows * columns <= LARGEST_BAND
 
 
 def _masked(solve: Solve, left_out: np.ndarray) -> Solve:

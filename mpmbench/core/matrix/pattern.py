@@ -1,6 +1,7 @@
 """Which nodes enter the system, in which order, and which pairs of them share a particle."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -23,7 +24,7 @@ class Pattern:
         Row r owns the blocks ``start[r] : start[r + 1]``, in the columns of `column`, ascending.
     slot : ndarray of int
         Block to which node pair (k, l) of point p contributes, shape (points, K, K); -1 for those
-        above the diagonal when only the lower half is stored.
+        above the diagonal when only the lower half is stored, anything beyond the nodes of p.
     band : int
         Largest distance of a block from the diagonal, in rows of blocks.
     lower : bool
@@ -49,7 +50,13 @@ class Pattern:
         return np.flatnonzero(self.block_row == self.column)
 
 
-def build_pattern(size: np.ndarray, index: np.ndarray, nodes: np.ndarray, lower: bool) -> Pattern:
+def build_pattern(
+    size: np.ndarray,
+    index: np.ndarray,
+    nodes: np.ndarray,
+    lower: bool,
+    before: Pattern | None = None,
+) -> Pattern:
     """Pattern of the points whose nodes are ``index[p, :size[p]]``.
 
     Parameters
@@ -61,6 +68,9 @@ def build_pattern(size: np.ndarray, index: np.ndarray, nodes: np.ndarray, lower:
         nodes, or by reverse Cuthill-McKee where that makes the band narrower.
     lower : bool
         Store the lower half only.
+    before : Pattern or None
+        One that is not needed any more, whose `slot` is written over where it has the right shape: in
+        space it is the largest array of a run, and fresh memory costs more than what is written there.
     """
     used = np.zeros(len(nodes), dtype=np.bool_)
     mark_used(size, index, used)
@@ -71,18 +81,35 @@ def build_pattern(size: np.ndarray, index: np.ndarray, nodes: np.ndarray, lower:
     step = 1e-9 * max(float(extent.max()), 1e-300)
     order = np.lexsort([np.round(nodes[active, d] / step) for d in np.argsort(extent)])
     active = active[order]
-    pattern = _pattern(size, index, active, len(nodes), lower)
-    if pattern.band > 3 * len(active) ** (1.0 - 1.0 / nodes.shape[1]):
-        full = _pattern(size, index, active, len(nodes), False) if lower else pattern
-        graph = csr_matrix((np.ones(len(full.column), np.int8), full.column, full.start))
-        other = _pattern(size, index, active[reverse_cuthill_mckee(graph, True)], len(nodes), lower)
-        pattern = other if other.band < pattern.band else pattern
-    return pattern
+    graph = _connections(size, index, active, len(nodes), lower)
+    if graph.band > 3 * len(active) ** (1.0 - 1.0 / nodes.shape[1]):
+        full = _connections(size, index, active, len(nodes), False) if lower else graph
+        matrix = csr_matrix((np.ones(len(full.column), np.int8), full.column, full.start))
+        order = reverse_cuthill_mckee(matrix, True)
+        other = _connections(size, index, active[order], len(nodes), lower)
+        graph = other if other.band < graph.band else graph
+    shape = (*index.shape, index.shape[1])
+    reused = before is not None and before.slot.shape == shape
+    slot = before.slot if reused and before is not None else np.empty(shape, dtype=np.int32)
+    find_slots(size, index, lower, *graph[2:], slot)
+    return Pattern(graph.active, graph.row, graph.start, graph.column, slot, graph.band, lower)
 
 
-def _pattern(
+class Connections(NamedTuple):
+    """As in `Pattern`, and the points of each row."""
+
+    band: int
+    active: np.ndarray
+    row: np.ndarray
+    first: np.ndarray
+    member: np.ndarray
+    start: np.ndarray
+    column: np.ndarray
+
+
+def _connections(
     size: np.ndarray, index: np.ndarray, active: np.ndarray, nodes: int, lower: bool
-) -> Pattern:
+) -> Connections:
     row = np.full(nodes, -1, dtype=np.int64)
     row[active] = np.arange(len(active))
     first, member = points_of_rows(size, index, row, len(active))
@@ -92,9 +119,7 @@ def _pattern(
     np.cumsum(start, out=start)
     column = np.zeros(start[-1], dtype=np.int64)
     connect(size, index, row, first, member, lower, start, column, True)
-    slot = np.full((*index.shape, index.shape[1]), -1, dtype=np.int32)
-    band = find_slots(size, index, row, first, member, lower, start, column, slot)
-    return Pattern(active, row, start, column, slot, int(band), lower)
+    return Connections(widest(start, column), active, row, first, member, start, column)
 
 
 @compiled
@@ -145,18 +170,30 @@ def connect(size, index, row, first, member, lower, start, column, write):
 
 
 @compiled
-def find_slots(size, index, row, first, member, lower, start, column, slot):
-    """Fill `slot`; returns the largest distance of a block from the diagonal."""
-    place = np.full(start.shape[0], -1, np.int64)
+def widest(start, column):
+    """Largest distance of a block from the diagonal."""
     band = 0
     for r in range(start.shape[0] - 1):
         for s in range(start[r], start[r + 1]):
-            place[column[s]] = s
             band = max(band, abs(r - column[s]))
+    return band
+
+
+@compiled
+def find_slots(size, index, lower, row, first, member, start, column, slot):
+    """Fill `slot` for the nodes of each point; what lies beyond them is never read.
+
+    Points that count for nothing here, as massless ones, have nodes elsewhere: theirs are all -1.
+    """
+    for p in range(size.shape[0]):
+        if size[p] == 0:
+            slot[p] = -1
+    place = np.full(start.shape[0], -1, np.int64)
+    for r in range(start.shape[0] - 1):
+        for s in range(start[r], start[r + 1]):
+            place[column[s]] = s
         for m in range(first[r], first[r + 1]):
             p, k = member[m] // index.shape[1], member[m] % index.shape[1]
             for n in range(size[p]):
                 c = row[index[p, n]]
-                if c <= r or not lower:
-                    slot[p, k, n] = place[c]
-    return band
+                slot[p, k, n] = place[c] if c <= r or not lower else -1

@@ -166,7 +166,7 @@ def test_other_solvers_give_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     w.memory.take(1000, 1000)[:] = np.nan
     monkeypatch.setattr(blocks, "_cholesky", lambda *_: None)
     band = equations.correction(du, residual)
-    monkeypatch.setattr(blocks, "WIDEST_BAND", 0)
+    monkeypatch.setattr(blocks, "LARGEST_BAND", 0)
     sparse = equations.correction(du, residual)
     assert np.abs(cholesky).max() > 0.1
     assert np.allclose(band, cholesky, rtol=1e-8, atol=1e-10)
