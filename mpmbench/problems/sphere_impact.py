@@ -120,7 +120,7 @@ class SphereImpact(Collision):
         if choices.on_body and self.spread == "graded" and basis not in ("lme", "linear"):
             raise NotApplicable(
                 f"basis={basis} has supports of one size, or round ones, and the nodes of sphere_impact are "
-                "graded along each axis by itself: take basis=lme or linear"
+                "graded along each axis by itself: take basis=lme or linear, or problem.spread=even"
             )
 
     def check_particles(self, particles_per_cell: int) -> None:
