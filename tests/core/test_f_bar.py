@@ -12,6 +12,7 @@ from mpmbench.contracts import loops
 from mpmbench.core.energies import strain_energy
 from mpmbench.core.errors import NotApplicable
 from mpmbench.core.loops.explicit import Explicit, total_force, update_particles
+from mpmbench.core.loops.f_bar import around_nodes
 from mpmbench.core.state import State
 from mpmbench.settings.schema import composed
 from tests.core.support import compose, run
@@ -107,6 +108,18 @@ def test_who_shares_is_nearest_to_a_node_of_its_own_body() -> None:
     assert np.any(nearest != np.argmin(distance, axis=1))
     expected = {tuple(np.flatnonzero(nearest == node)) for node in nearest}
     assert {tuple(one) for one in cells_of(s)} == expected
+
+
+def test_bodies_of_two_materials_share_among_their_own() -> None:
+    """A sphere of steel on a plate of aluminium: implicit cells would have both, those around nodes have one."""
+    settings: dict[str, Any] = {"method__volumetric": "f_bar", "resolution": 2}
+    settings |= {"problem__plate_radius": 4e-3, "problem__thickness": 4e-3}
+    config = compose("sphere_impact", "linear_fem", "linear", contact="penalty", **settings)
+    s = case.build(case.read(config))
+    cells = around_nodes(s).cells
+    shared = np.split(s.bodies.particle[cells.member], cells.first[1:-1])
+    assert all(np.ptp(bodies) == 0 for bodies in shared)
+    assert {int(bodies[0]) for bodies in shared} == {0, 1}
 
 
 @pytest.mark.slow

@@ -128,8 +128,10 @@ def check_bodies(case: Any, parts: "Sequence[Part]") -> None:
             "but that of shared nodes"
         )
     materials = {part.material or case.material for part in parts}
-    if getattr(case.choices, "volumetric", "standard") == "f_bar" and len(materials) > 1:
+    volumetric = getattr(case.choices, "volumetric", "standard")
+    if case.choices.implicit and volumetric == "f_bar" and len(materials) > 1:
         raise NotApplicable(
-            "method.volumetric=f_bar takes the means of cells, which bodies of several materials share"
+            f"method.volumetric=f_bar with method.time={case.choices.time} takes the means of cells, which "
+            "bodies of several materials share"
         )
     case.contact.check(case, parts)
