@@ -1,7 +1,7 @@
 """Dirichlet conditions at points: ``sum_I N_I(x_d) u_I`` is held where nodes do not interpolate.
 
 The points are the initial places of the fixed nodes; they move with the material along free
-components.
+components, and so do the nodes then, by the field and not by their own values (`step.at_nodes`).
 """
 
 from dataclasses import dataclass

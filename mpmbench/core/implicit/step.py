@@ -141,8 +141,19 @@ def convect(s: State, w: Workspace, du: np.ndarray) -> np.ndarray:
         w.held.x += step
         w.held.u += step
     if s.choices.moving and not s.choices.frozen:
-        s.basis.move(du)
+        s.basis.move(du if w.held is None else at_nodes(s, du))
     return moved
+
+
+def at_nodes(s: State, du: np.ndarray) -> np.ndarray:
+    """The field of the increments at the nodes [m], shape (N, dim): where functions do not interpolate, it is another.
+
+    Conditions at points hold the field. Nodes that went by their own values would leave the points
+    that they began at, and the material with its surfaces: by a third of a sphere that strikes a plate.
+    """
+    field = np.zeros_like(du)
+    assembly.interpolate(s.basis.evaluate(s.basis.nodes), du, field)
+    return field
 
 
 def carry_tracers(s: State, w: Workspace, moved: np.ndarray) -> None:
