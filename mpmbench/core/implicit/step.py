@@ -149,7 +149,7 @@ def at_nodes(s: State, du: np.ndarray) -> np.ndarray:
     """The field of the increments at the nodes [m], shape (N, dim): where functions do not interpolate, it is another.
 
     Conditions at points hold the field. Nodes that went by their own values would leave the points
-    that they began at, and the material with its surfaces: by a third of a sphere that strikes a plate.
+    that they began at, and in the end the material: those under a sphere had come out of its plate.
     """
     field = np.zeros_like(du)
     assembly.interpolate(s.basis.evaluate(s.basis.nodes), du, field)
