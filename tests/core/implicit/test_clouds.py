@@ -366,7 +366,10 @@ def test_disk_falls_freely_before_it_lands() -> None:
 
 @pytest.mark.slow
 def test_rolling_disk() -> None:
-    """Coarse MPM ends 3.9 % ahead; a disk that touches the plane hangs on it; rising diagonals hold it."""
+    """Coarse MPM ends 3.9 % ahead; a disk that touches the plane hangs on it; rising diagonals hold it.
+
+    With MLS it hangs on it until it diverges.
+    """
     assert float(disk().error_end_relative) == pytest.approx(0.039, abs=0.003)
     assert float(disk(problem__gap=0.0).error_end_relative) < -0.9
     assert float(disk(problem__diagonal="rising").error_end_relative) < -0.5
@@ -374,4 +377,8 @@ def test_rolling_disk() -> None:
         free = disk(basis=basis, end_time=0.6)
         assert free.attrs["status"] == "ok"
         assert abs(float(free.error_end_relative)) < 0.2
-        assert float(disk(basis=basis, end_time=0.6, problem__gap=0.0).error_end_relative) < -0.5
+        hung = disk(basis=basis, end_time=0.6, problem__gap=0.0)
+        if basis == "mls":
+            assert hung.attrs["status"] == "diverged", hung.attrs["reason"]
+        else:
+            assert float(hung.error_end_relative) < -0.5
