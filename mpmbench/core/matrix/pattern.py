@@ -89,8 +89,9 @@ def build_pattern(
         other = _connections(size, index, active[order], len(nodes), lower)
         graph = other if other.band < graph.band else graph
     shape = (*index.shape, index.shape[1])
-    reused = before is not None and before.slot.shape == shape
-    slot = before.slot if reused and before is not None else np.empty(shape, dtype=np.int32)
+    slot = None if before is None else before.slot
+    if slot is None or slot.shape != shape:
+        slot = np.empty(shape, dtype=np.int32)
     find_slots(size, index, lower, *graph[2:], slot)
     return Pattern(graph.active, graph.row, graph.start, graph.column, slot, graph.band, lower)
 
@@ -119,7 +120,9 @@ def _connections(
     np.cumsum(start, out=start)
     column = np.zeros(start[-1], dtype=np.int64)
     connect(size, index, row, first, member, lower, start, column, True)
-    return Connections(widest(start, column), active, row, first, member, start, column)
+    from_diagonal = np.repeat(np.arange(len(active)), np.diff(start)) - column
+    band = int(np.abs(from_diagonal).max(initial=0))
+    return Connections(band, active, row, first, member, start, column)
 
 
 @compiled
@@ -167,16 +170,6 @@ def connect(size, index, row, first, member, lower, start, column, write):
             column[start[r] : start[r] + found].sort()
         else:
             start[r + 1] = found
-
-
-@compiled
-def widest(start, column):
-    """Largest distance of a block from the diagonal."""
-    band = 0
-    for r in range(start.shape[0] - 1):
-        for s in range(start[r], start[r + 1]):
-            band = max(band, abs(r - column[s]))
-    return band
 
 
 @compiled
